@@ -1,0 +1,1 @@
+"""Robust output-feedback flight of quadcopters over MAVLink."""

@@ -1,0 +1,1 @@
+"""What is made of a flight afterwards: metrics, figures, tables."""

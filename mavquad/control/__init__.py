@@ -1,0 +1,1 @@
+"""The paper's law, one idea a file; pure functions over frozen dataclasses, plain floats."""

@@ -1,0 +1,1 @@
+"""What drives the agent core: live, in lockstep, in replay."""

@@ -1,0 +1,1 @@
+"""The flight: guards, the state machine and the missions."""

@@ -1,0 +1,1 @@
+"""MAVLink: bytes, messages, and the small exchanges with a vehicle; no input or output."""

@@ -1,0 +1,1 @@
+"""How a given autopilot behaves on the wire."""
