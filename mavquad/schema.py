@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
@@ -39,7 +40,8 @@ def parse_section(model: type[S], table: Mapping[str, Any], path: str, prefix: s
         ConfigError: with the full path of the first wrong key, and what is allowed.
     """
     try:
-        return model.model_validate(table)
+        # By way of JSON, strict mode still takes TOML's arrays for tuples.
+        return model.model_validate_json(json.dumps(table, default=str))
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(str(part) for part in ((prefix,) if prefix else ()) + first["loc"])
