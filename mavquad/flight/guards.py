@@ -1,0 +1,75 @@
+"""Guards: named predicates over what was last measured; the first that trips ends our control."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from pydantic import Field
+
+from mavquad.schema import Section
+from mavquad.types import Attitude, Position
+
+
+class GuardParams(Section):
+    """Limits beyond which the law's control ends and the vehicle is handed back to the autopilot."""
+
+    stale_pose_s: float = Field(default=0.1, ge=0.02, le=1.0)
+    """A position or attitude older than this."""
+    tilt_deg: float = Field(default=45.0, gt=5.0, le=85.0)
+    """Angle between the vehicle's vertical axis and the true vertical."""
+    radius_m: float = Field(default=20.0, gt=0.5)
+    """Horizontal distance from the point of the hand-over."""
+    ceiling_m: float = Field(default=20.0, gt=0.5)
+    """Height above the arming point."""
+    floor_m: float = Field(default=0.5, ge=0.0)
+    """Height above the arming point."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tripped:
+    """Which guard tripped, and the words for it."""
+
+    name: str
+    words: str
+
+
+def tilt_rad(attitude: Attitude) -> float:
+    """Angle between body z and the vertical: cos(tilt) is the (3, 3) entry of the rotation matrix."""
+    return math.acos(max(-1.0, min(1.0, math.cos(attitude.roll_rad) * math.cos(attitude.pitch_rad))))
+
+
+def check(
+    params: GuardParams, attitude: Attitude, position: Position, origin_nwu_m: tuple[float, float, float], ground_m: float
+) -> Tripped | None:
+    """The first guard that trips on fresh measurements, or None.
+
+    Args:
+        params: the limits.
+        attitude: last measured.
+        position: last measured.
+        origin_nwu_m: where the law took over.
+        ground_m: z (up) of the arming point.
+    """
+    tilt_deg = math.degrees(tilt_rad(attitude))
+    if tilt_deg > params.tilt_deg:
+        return Tripped("tilt", f"tilt is {tilt_deg:.0f} degrees, {params.tilt_deg:g} allowed")
+    x, y, z = position.position_nwu_m
+    radius_m = math.hypot(x - origin_nwu_m[0], y - origin_nwu_m[1])
+    if radius_m > params.radius_m:
+        return Tripped("volume", f"{radius_m:.1f} m from the hand-over point, {params.radius_m:g} m allowed")
+    height_m = z - ground_m
+    if not params.floor_m <= height_m <= params.ceiling_m:
+        allowed = f"{params.floor_m:g} to {params.ceiling_m:g} m allowed"
+        return Tripped("volume", f"height is {height_m:.1f} m, {allowed}")
+    return None
+
+
+def stale(name: str, age_s: float, params: GuardParams) -> Tripped:
+    """The pose stream stopped."""
+    return Tripped("stale pose", f"no {name} for {age_s:.2f} s, {params.stale_pose_s:g} s allowed")
+
+
+def not_a_number(name: str) -> Tripped:
+    """A pose message holds NaN or infinity."""
+    return Tripped("NaN", f"{name} holds a value that is not a number")

@@ -1,0 +1,123 @@
+"""The flight as a transition table: what affects a transition lives in it.
+
+    CONNECTING -> IDENTIFYING -> WAITING -> ARMING -> TAKING_OFF -> ENGAGING -> FLYING -> HANDING_BACK -> LANDING -> DONE
+
+A pair (phase, event) that stands in the table moves to the phase beside it; every other pair stays where it is.
+What the agent does on entering a phase is its own business; the table knows neither time nor messages.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class Phase(Enum):
+    """Where the flight is."""
+
+    CONNECTING = "connecting"
+    IDENTIFYING = "identifying"
+    WAITING = "waiting"
+    ARMING = "arming"
+    TAKING_OFF = "taking off"
+    ENGAGING = "engaging"
+    FLYING = "flying"
+    HANDING_BACK = "handing back"
+    LANDING = "landing"
+    DISARMING = "disarming"
+    DONE = "done"
+
+
+class Event(Enum):
+    """What happened."""
+
+    FOUND = "vehicle found"
+    IDENTIFIED = "version, parameters and streams are known"
+    READY = "ready to arm"
+    ARMED = "armed"
+    AIRBORNE = "hovering at the takeoff altitude"
+    ENGAGED = "HEARTBEAT shows the offboard mode"
+    MISSION_OVER = "the mission is over"
+    RELEASED = "HEARTBEAT shows a mode of the autopilot's own"
+    LANDED = "on the ground, still armed"
+    DISARMED = "disarmed"
+    REFUSED = "the vehicle refused"
+    TIMEOUT = "no answer, or not in time"
+    GUARD = "a guard tripped"
+    TAKEN_OVER = "a mode that we did not ask for"
+    LOST = "the vehicle is silent"
+    STOP = "the operator stops"
+
+
+# Taken over, lost: nothing is sent any more, in whatever phase.
+_ALWAYS = {Event.TAKEN_OVER: Phase.DONE, Event.LOST: Phase.DONE}
+_BEFORE_ARMING = {**_ALWAYS, Event.REFUSED: Phase.DONE, Event.TIMEOUT: Phase.DONE, Event.STOP: Phase.DONE}
+
+TRANSITIONS: dict[Phase, dict[Event, Phase]] = {
+    Phase.CONNECTING: {**_BEFORE_ARMING, Event.FOUND: Phase.IDENTIFYING},
+    Phase.IDENTIFYING: {**_BEFORE_ARMING, Event.IDENTIFIED: Phase.WAITING},
+    Phase.WAITING: {**_BEFORE_ARMING, Event.READY: Phase.ARMING},
+    Phase.ARMING: {
+        **_ALWAYS,
+        Event.ARMED: Phase.TAKING_OFF,
+        Event.REFUSED: Phase.DONE,
+        # It may have armed without our hearing of it.
+        Event.TIMEOUT: Phase.DISARMING,
+        Event.STOP: Phase.DISARMING,
+    },
+    Phase.TAKING_OFF: {
+        **_ALWAYS,
+        Event.AIRBORNE: Phase.ENGAGING,
+        Event.REFUSED: Phase.DISARMING,
+        Event.TIMEOUT: Phase.LANDING,
+        Event.GUARD: Phase.LANDING,
+        Event.STOP: Phase.LANDING,
+        Event.DISARMED: Phase.DONE,
+    },
+    Phase.ENGAGING: {
+        **_ALWAYS,
+        Event.ENGAGED: Phase.FLYING,
+        # The vehicle may be in the offboard mode all the same, so these leave it by the front door.
+        Event.REFUSED: Phase.HANDING_BACK,
+        Event.TIMEOUT: Phase.HANDING_BACK,
+        Event.GUARD: Phase.HANDING_BACK,
+        Event.STOP: Phase.HANDING_BACK,
+        Event.DISARMED: Phase.DONE,
+    },
+    Phase.FLYING: {
+        **_ALWAYS,
+        Event.MISSION_OVER: Phase.HANDING_BACK,
+        Event.GUARD: Phase.HANDING_BACK,
+        Event.STOP: Phase.HANDING_BACK,
+        Event.DISARMED: Phase.DONE,
+    },
+    Phase.HANDING_BACK: {
+        **_ALWAYS,
+        Event.RELEASED: Phase.LANDING,
+        # No answer to the hold mode: try to land from where it is.
+        Event.REFUSED: Phase.LANDING,
+        Event.TIMEOUT: Phase.LANDING,
+        Event.DISARMED: Phase.DONE,
+    },
+    Phase.LANDING: {
+        **_ALWAYS,
+        Event.DISARMED: Phase.DONE,
+        Event.LANDED: Phase.DISARMING,
+        Event.REFUSED: Phase.DONE,
+        Event.TIMEOUT: Phase.DONE,
+    },
+    Phase.DISARMING: {
+        **_ALWAYS,
+        Event.DISARMED: Phase.DONE,
+        Event.REFUSED: Phase.DONE,
+        Event.TIMEOUT: Phase.DONE,
+    },
+    Phase.DONE: {},
+}
+
+IN_FLIGHT = frozenset((Phase.TAKING_OFF, Phase.ENGAGING, Phase.FLYING, Phase.HANDING_BACK, Phase.LANDING))
+"""Phases in which the vehicle may be in the air."""
+
+
+def next_phase(phase: Phase, event: Event) -> Phase:
+    """Where `event` leads from `phase`; the same phase where the table has no row."""
+    return TRANSITIONS[phase].get(event, phase)

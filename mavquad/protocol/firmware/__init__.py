@@ -1,0 +1,1 @@
+"""What is particular to one autopilot: its modes and its setpoints."""

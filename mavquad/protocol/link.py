@@ -1,0 +1,90 @@
+"""Who is at the other end: one vehicle is found, then locked; what others send is counted and ignored."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from mavquad.protocol.codec import Message, decode, frame_sequence, frame_source, mavlink, message_id
+from mavquad.schema import Section
+
+HEARTBEAT_ID = 0
+_NOT_A_VEHICLE = frozenset(
+    (
+        mavlink.MAV_TYPE_GCS,
+        mavlink.MAV_TYPE_ONBOARD_CONTROLLER,
+        mavlink.MAV_TYPE_GIMBAL,
+        mavlink.MAV_TYPE_ADSB,
+        mavlink.MAV_TYPE_CAMERA,
+        mavlink.MAV_TYPE_BATTERY,
+        mavlink.MAV_TYPE_LOG,
+    )
+)
+
+
+class LinkParams(Section):
+    """The connection, and who we are on it."""
+
+    url: str = "mock"
+    """Where the vehicle is: "mock" starts the bundled one; else udpin:HOST:PORT (listen), udpout:HOST:PORT (speak
+    first) or udp:HOST:PORT (the same as udpin, as pymavlink has it)."""
+    system_id: int = Field(default=245, ge=1, le=255)
+    """Our own system id; 255 is what ground stations use."""
+    component_id: int = Field(default=190, ge=1, le=255)
+    """Our own component id. PX4 1.16 explains a refused mode change only to 190."""
+    target_system: int = Field(default=0, ge=0, le=255)
+    """The vehicle's system id; 0 takes the first autopilot heard and locks on it."""
+    heartbeat_timeout_s: float = Field(default=3.5, gt=1.0, le=60.0)
+    """The vehicle is lost when nothing of it was heard for this long."""
+
+
+class Link:
+    """Locks on one autopilot and lets only its frames pass.
+
+    Attributes:
+        vehicle: (system id, component id) once locked.
+        lost: frames missing in the vehicle's sequence numbers.
+        foreign: valid frames of anybody else.
+        last_heard_us: when the vehicle was last heard.
+    """
+
+    def __init__(self, params: LinkParams) -> None:
+        self._params = params
+        self._sequence = -1
+        self.vehicle: tuple[int, int] | None = None
+        self.lost = 0
+        self.foreign = 0
+        self.last_heard_us = 0
+
+    def accept(self, frame: bytes, now_us: int) -> Message | None:
+        """The message of a frame if it is the vehicle's, else None."""
+        source = frame_source(frame)
+        if self.vehicle is None and message_id(frame) == HEARTBEAT_ID:
+            self._try_lock(source, decode(frame))
+        if source != self.vehicle:
+            self.foreign += 1
+            return None
+        self._count_lost(frame_sequence(frame))
+        self.last_heard_us = now_us
+        return decode(frame)
+
+    def _try_lock(self, source: tuple[int, int], heartbeat: Message) -> None:
+        wanted = self._params.target_system
+        is_vehicle = heartbeat.autopilot != mavlink.MAV_AUTOPILOT_INVALID and heartbeat.type not in _NOT_A_VEHICLE
+        if is_vehicle and wanted in (0, source[0]):
+            self.vehicle = source
+
+    def _count_lost(self, sequence: int) -> None:
+        # A gap of more than half the circle is a frame that came late, not 128 lost ones.
+        gap = (sequence - self._sequence - 1) % 256 if self._sequence >= 0 else 0
+        if gap < 128:
+            self.lost += gap
+            self._sequence = sequence
+        elif self.lost > 0:
+            self.lost -= 1
+
+
+def heartbeat() -> Message:
+    """Our own HEARTBEAT. As a ground station: PX4 sends STATUSTEXT only while it hears one."""
+    return mavlink.MAVLink_heartbeat_message(
+        mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, mavlink.MAV_STATE_ACTIVE, 3
+    )

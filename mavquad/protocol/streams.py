@@ -1,0 +1,75 @@
+"""Which message streams are asked for, and what really arrives: an ACK does not say what one gets."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from pydantic import Field
+
+from mavquad.protocol.codec import mavlink
+from mavquad.protocol.command import Command, set_interval
+from mavquad.schema import Section
+
+WINDOW_US = 1_000_000
+
+
+class StreamParams(Section):
+    """Rates asked of the vehicle, and what is enough to fly on."""
+
+    position_hz: float = Field(default=100.0, ge=10.0, le=500.0)
+    """LOCAL_POSITION_NED. The law is stepped by it."""
+    attitude_hz: float = Field(default=100.0, ge=10.0, le=500.0)
+    """ATTITUDE."""
+    least_share: float = Field(default=0.6, gt=0.0, le=1.0)
+    """The share of the rate asked for that must really arrive before we fly."""
+
+
+def wanted(params: StreamParams) -> tuple[tuple[str, int, float], ...]:
+    """(name, message id, rate in Hz) of every stream that the agent sets; 0 Hz switches one off."""
+    return (
+        ("ATTITUDE", mavlink.MAVLINK_MSG_ID_ATTITUDE, params.attitude_hz),
+        ("LOCAL_POSITION_NED", mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED, params.position_hz),
+        ("ATTITUDE_TARGET", mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET, 10.0),
+        ("SYS_STATUS", mavlink.MAVLINK_MSG_ID_SYS_STATUS, 2.0),
+        ("EXTENDED_SYS_STATE", mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, 5.0),
+        ("ATTITUDE_QUATERNION", mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION, 0.0),
+        ("HIGHRES_IMU", mavlink.MAVLINK_MSG_ID_HIGHRES_IMU, 0.0),
+        ("ODOMETRY", mavlink.MAVLINK_MSG_ID_ODOMETRY, 0.0),
+    )
+
+
+def requests(params: StreamParams) -> list[Command]:
+    """The commands that ask for the wanted streams."""
+    return [set_interval(name, message_id, rate_hz) for name, message_id, rate_hz in wanted(params)]
+
+
+NEVER_HEARD_US = -(1 << 60)
+
+
+class StreamMonitor:
+    """Counts arrivals of one message over the last second."""
+
+    def __init__(self) -> None:
+        self._arrivals_us: deque[int] = deque()
+        self.last_us = NEVER_HEARD_US
+
+    def on_message(self, now_us: int) -> None:
+        """One arrived."""
+        self.last_us = now_us
+        self._arrivals_us.append(now_us)
+        while self._arrivals_us[0] <= now_us - WINDOW_US:
+            self._arrivals_us.popleft()
+
+    def rate_hz(self, now_us: int) -> float:
+        """Arrivals in the second that ends now."""
+        return float(sum(1 for arrival_us in self._arrivals_us if arrival_us > now_us - WINDOW_US))
+
+
+def shortfalls(params: StreamParams, monitors: dict[str, StreamMonitor], now_us: int) -> list[str]:
+    """The pose streams that do not reach their least rate, in words; empty when all is well."""
+    asked = {"ATTITUDE": params.attitude_hz, "LOCAL_POSITION_NED": params.position_hz}
+    return [
+        f"{name} arrives at {monitors[name].rate_hz(now_us):.0f} Hz, {rate_hz:g} Hz asked"
+        for name, rate_hz in asked.items()
+        if monitors[name].rate_hz(now_us) < params.least_share * rate_hz
+    ]
