@@ -28,7 +28,7 @@ class MessageCount:
 
 @dataclass(frozen=True, slots=True)
 class ArmedSpan:
-    """From the first HEARTBEAT that says armed to the first that does not, or the last of all; s since the log began."""
+    """From the first HEARTBEAT that says armed to the first that does not, or the last one; s since the log began."""
 
     from_s: float
     to_s: float
