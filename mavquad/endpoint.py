@@ -26,6 +26,11 @@ def floor_to_grid_us(time_us: int) -> int:
     return time_us & -GRID_US
 
 
+def grid_us(duration_s: float) -> int:
+    """A duration in microseconds on the grid."""
+    return floor_to_grid_us(round(duration_s * 1e6))
+
+
 class Endpoint(Protocol):
     """One end of a MAVLink link: the agent, the mock autopilot, or a link wrapped around one of them."""
 

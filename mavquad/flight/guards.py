@@ -40,7 +40,11 @@ def tilt_rad(attitude: Attitude) -> float:
 
 
 def check(
-    params: GuardParams, attitude: Attitude, position: Position, origin_nwu_m: tuple[float, float, float], ground_m: float
+    params: GuardParams,
+    attitude: Attitude,
+    position: Position,
+    origin_nwu_m: tuple[float, float, float],
+    ground_m: float,
 ) -> Tripped | None:
     """The first guard that trips on fresh measurements, or None.
 

@@ -14,8 +14,8 @@ from mavquad.endpoint import NEVER_US
 from mavquad.protocol.codec import Message, mavlink
 
 NAN = float("nan")
-RETRY_US = 500_000
-MAX_TRIES = 8
+RETRY_US = 300_000
+MAX_TRIES = 20
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
+from mavquad.errors import EndpointError
 from mavquad.protocol.codec import Message, decode, frame_sequence, frame_source, mavlink, message_id
 from mavquad.schema import Section
+from mavquad.url import MOCK, parse_url, speaks_first
 
 HEARTBEAT_ID = 0
 _NOT_A_VEHICLE = frozenset(
@@ -35,6 +37,21 @@ class LinkParams(Section):
     """The vehicle's system id; 0 takes the first autopilot heard and locks on it."""
     heartbeat_timeout_s: float = Field(default=3.5, gt=1.0, le=60.0)
     """The vehicle is lost when nothing of it was heard for this long."""
+
+    @field_validator("url")
+    @classmethod
+    def _readable(cls, url: str) -> str:
+        if url != MOCK:
+            try:
+                parse_url(url)
+            except EndpointError as error:
+                raise ValueError(f"{error.reason}; {error.hint}") from None
+        return url
+
+    @property
+    def speaks_first(self) -> bool:
+        """Whether we must send before we can be answered."""
+        return speaks_first(self.url)
 
 
 class Link:

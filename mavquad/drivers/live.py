@@ -1,0 +1,192 @@
+"""The live driver: one endpoint on one UDP socket, in asyncio's event loop.
+
+Time is the Unix time at the start plus the monotonic time since, so that a stepped system clock moves nothing.
+A datagram is handed over in the callback that reads it; a deadline fires at its own time however late the loop wakes,
+and how late is measured.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+
+from mavquad.drivers.runner import Recorder, Runner
+from mavquad.endpoint import NEVER_US, Endpoint, floor_to_grid_us
+from mavquad.errors import EndpointError
+from mavquad.url import Address
+
+MAX_WAIT_S = 1.0
+
+
+class Clock:
+    """Unix time in microseconds that only the monotonic clock moves on."""
+
+    def __init__(self) -> None:
+        self._offset_ns = time.time_ns() - time.monotonic_ns()
+
+    def now_us(self) -> int:
+        """Now."""
+        return (self._offset_ns + time.monotonic_ns()) // 1000
+
+
+class LiveDriver(asyncio.DatagramProtocol):
+    """Drives an endpoint over UDP. Use `open_live`.
+
+    It answers the first peer that sends a valid frame (or speaks to the address it was given) and ignores datagrams of
+    others.
+
+    Attributes:
+        runner: the endpoint under the rule of time.
+        lateness_us: for each datagram sent, how long after its stamp it left.
+        failure: what an endpoint raised in a callback, for the one who waits.
+    """
+
+    def __init__(
+        self, endpoint: Endpoint, clock: Clock, peer: tuple[str, int] | None, recorder: Recorder | None
+    ) -> None:
+        self._clock = clock
+        self._peer = peer
+        self._connected = peer is not None
+        self._transport: asyncio.DatagramTransport | None = None
+        self._timer: asyncio.TimerHandle | None = None
+        self._loop = asyncio.get_running_loop()
+        self._changed = asyncio.Event()
+        self.runner = Runner(endpoint, clock.now_us(), self._send, recorder)
+        self.lateness_us: list[int] = []
+        self.failure: Exception | None = None
+        self.foreign_datagrams = 0
+
+    # ------------------------------------------------------------------ asyncio's callbacks
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """The socket is open."""
+        assert isinstance(transport, asyncio.DatagramTransport)
+        self._transport = transport
+        self._schedule()
+
+    def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
+        """A datagram arrived."""
+        if self._peer is not None and not self._connected and addr[:2] != self._peer:
+            self.foreign_datagrams += 1
+            return
+        self._guarded(lambda: self._take(data, addr))
+
+    def error_received(self, exc: Exception) -> None:
+        """Nobody listens at the other end just now; a vehicle that starts later is still found."""
+
+    # ------------------------------------------------------------------ in and out
+
+    def _take(self, data: bytes, addr: tuple[str, int]) -> None:
+        now_us = self._clock.now_us()
+        frames = self.runner.framer.push(data)
+        if frames and self._peer is None:
+            self._peer = addr[:2]
+        for frame in frames:
+            self.runner.frame(frame, now_us)
+
+    def _send(self, stamp_us: int, datagram: bytes) -> None:
+        if self._transport is None or self._peer is None or self._transport.is_closing():
+            return
+        self._transport.sendto(datagram, None if self._connected else self._peer)
+        self.lateness_us.append(self._clock.now_us() - stamp_us)
+
+    def _wake(self) -> None:
+        self._timer = None
+        self._guarded(lambda: self.runner.advance(self._clock.now_us()))
+
+    def command(self, name: str) -> None:
+        """Hand the operator's command to the endpoint's method of that name, and record it."""
+        act = getattr(self.runner.endpoint, name)
+        self._guarded(lambda: self.runner.command(name, act, self._clock.now_us()))
+
+    def _guarded(self, action: object) -> None:
+        """Run an action; what it raises is kept for the one who waits, since asyncio would only log it."""
+        assert callable(action)
+        try:
+            action()
+        except Exception as error:  # noqa: BLE001 - handed on, not swallowed
+            self.failure = error
+        self._changed.set()
+        self._schedule()
+
+    def _schedule(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        deadline_us = self.runner.endpoint.next_deadline_us()
+        if self.failure is not None or deadline_us >= NEVER_US:
+            return
+        wait_s = max(0.0, (deadline_us - self._clock.now_us()) * 1e-6)
+        self._timer = self._loop.call_later(min(wait_s, MAX_WAIT_S), self._wake)
+
+    # ------------------------------------------------------------------ for the one who waits
+
+    async def changed(self, timeout_s: float) -> None:
+        """Wait until something happened, at most `timeout_s`.
+
+        Raises:
+            Exception: whatever the endpoint raised.
+        """
+        self._changed.clear()
+        if self.failure is None:
+            try:
+                await asyncio.wait_for(self._changed.wait(), timeout_s)
+            except TimeoutError:
+                pass
+        if self.failure is not None:
+            raise self.failure
+
+    @property
+    def port(self) -> int:
+        """The local port."""
+        assert self._transport is not None
+        return int(self._transport.get_extra_info("sockname")[1])
+
+    def close(self) -> None:
+        """Close the socket and record the end."""
+        if self._timer is not None:
+            self._timer.cancel()
+        self.runner.end(self._clock.now_us())
+        if self._transport is not None:
+            self._transport.close()
+
+
+async def open_live(
+    endpoint: Endpoint,
+    address: Address,
+    clock: Clock,
+    recorder: Recorder | None = None,
+    speak_to: Address | None = None,
+) -> LiveDriver:
+    """Open the socket and start driving.
+
+    Args:
+        endpoint: the agent, or the mock autopilot.
+        address: where to listen, or whom to send to.
+        clock: the time.
+        recorder: keeps what passes.
+        speak_to: with a listening address: the peer to speak to at once, as PX4 does on its offboard port.
+
+    Raises:
+        EndpointError: the port cannot be opened, or the host is unknown.
+    """
+    loop = asyncio.get_running_loop()
+    peer = (speak_to.host, speak_to.port) if speak_to is not None else None
+    local = (address.host, address.port) if address.listens else None
+    remote = None if address.listens else (address.host, address.port)
+    words = f"{'udpin' if address.listens else 'udpout'}:{address.host}:{address.port}"
+    try:
+        _, driver = await loop.create_datagram_endpoint(
+            lambda: LiveDriver(endpoint, clock, remote or peer, recorder), local_addr=local, remote_addr=remote
+        )
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        hint = "another program has this port; stop it or choose another" if local else "check the host and the port"
+        raise EndpointError(words, f"cannot be opened ({reason})", hint) from None
+    driver._connected = remote is not None
+    return driver
+
+
+def start_of(clock: Clock) -> int:
+    """The stamp at which an endpoint that is driven live starts."""
+    return floor_to_grid_us(clock.now_us())

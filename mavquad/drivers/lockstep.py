@@ -1,0 +1,63 @@
+"""The lockstep driver: two endpoints in virtual time, as fast as the machine can, every byte packed and parsed.
+
+The link between them is ideal here; delay, jitter and loss belong to an endpoint that wraps one of them.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+
+from mavquad.drivers.runner import Recorder, Runner
+from mavquad.endpoint import NEVER_US, Endpoint
+
+START_US = 1_577_836_800_000_000
+"""Virtual time starts on 2020-01-01, so that the same seed gives the same bytes, stamps included."""
+
+
+class Lockstep:
+    """Two endpoints and what is on its way between them.
+
+    Attributes:
+        near: the recorded end (the agent).
+        far: the other end (the mock autopilot and its link).
+        now_us: virtual time.
+    """
+
+    def __init__(self, near: Endpoint, far: Endpoint, recorder: Recorder | None = None) -> None:
+        self._to_near: deque[bytes] = deque()
+        self._to_far: deque[bytes] = deque()
+        self.now_us = START_US
+        self.near = Runner(near, START_US, lambda _stamp_us, data: self._to_far.append(data), recorder)
+        self.far = Runner(far, START_US, lambda _stamp_us, data: self._to_near.append(data))
+
+    def run(self, until: Callable[[], bool], limit_s: float) -> None:
+        """Run until the condition holds or `limit_s` of virtual time has passed since the start."""
+        limit_us = START_US + round(limit_s * 1e6)
+        while not until() and self.now_us < limit_us:
+            self.step()
+
+    def step(self) -> None:
+        """Move on to the next deadline of either end and carry over what it sends."""
+        near_us = self.near.endpoint.next_deadline_us()
+        far_us = self.far.endpoint.next_deadline_us()
+        self.now_us = max(self.now_us, min(near_us, far_us))
+        assert self.now_us < NEVER_US, "both ends wait for ever"
+        (self.far if far_us <= near_us else self.near).advance(self.now_us)
+        self._carry()
+
+    def command(self, name: str, act: Callable[[int], None]) -> None:
+        """An operator's command to the near end, now."""
+        self.near.command(name, act, self.now_us)
+        self._carry()
+
+    def _carry(self) -> None:
+        while self._to_near or self._to_far:
+            if self._to_near:
+                self.near.datagram(self._to_near.popleft(), self.now_us)
+            else:
+                self.far.datagram(self._to_far.popleft(), self.now_us)
+
+    def end(self) -> None:
+        """Record the end."""
+        self.near.end(self.now_us)

@@ -1,0 +1,89 @@
+"""What all three drivers share: frames in, frames out, the rule of time, and the record of both.
+
+Every input (a frame, an operator's command) gets a stamp that is later than the one before, on the tlog's grid, so the
+order of inputs is a total one and the tlog alone, with the few operator events, says what the endpoint was given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+from mavquad.endpoint import GRID_US, Endpoint, advance, floor_to_grid_us
+from mavquad.protocol.codec import Framer
+
+
+class Recorder(Protocol):
+    """Keeps what passed, in the order of cause and effect."""
+
+    def frame(self, stamp_us: int, frame: bytes, outbound: bool) -> None:
+        """One frame that was received, or sent."""
+
+    def event(self, stamp_us: int, name: str) -> None:
+        """One command of the operator, or the start and the end."""
+
+
+class Runner:
+    """Runs one endpoint under the rule of time.
+
+    Attributes:
+        framer: cuts what arrives into frames; counts what is not one.
+        last_us: stamp of the last input.
+    """
+
+    def __init__(
+        self, endpoint: Endpoint, start_us: int, send: Callable[[int, bytes], None], recorder: Recorder | None = None
+    ) -> None:
+        self.endpoint = endpoint
+        self.framer = Framer()
+        self.last_us = floor_to_grid_us(start_us)
+        self._send = send
+        self._recorder = recorder
+        if recorder is not None:
+            recorder.event(self.last_us, "start")
+
+    def advance(self, now_us: int) -> None:
+        """Let time pass up to `now_us`."""
+        for stamp_us, datagram in advance(self.endpoint, floor_to_grid_us(now_us)):
+            self._out(stamp_us, datagram)
+
+    def datagram(self, data: bytes, now_us: int) -> None:
+        """Take in what a transport delivered."""
+        for frame in self.framer.push(data):
+            self.frame(frame, now_us)
+
+    def frame(self, frame: bytes, now_us: int) -> None:
+        """Take in one whole frame."""
+        stamp_us = self._input_stamp(now_us)
+        if self._recorder is not None:
+            self._recorder.frame(stamp_us, frame, outbound=False)
+        self.endpoint.receive(frame, stamp_us)
+        self._drain(stamp_us)
+
+    def command(self, name: str, act: Callable[[int], None], now_us: int) -> None:
+        """Hand over a command of the operator: `act` is called with its stamp."""
+        stamp_us = self._input_stamp(now_us)
+        if self._recorder is not None:
+            self._recorder.event(stamp_us, name)
+        act(stamp_us)
+        self._drain(stamp_us)
+
+    def end(self, now_us: int) -> None:
+        """The run is over: record when."""
+        stamp_us = self._input_stamp(now_us)
+        if self._recorder is not None:
+            self._recorder.event(stamp_us, "end")
+
+    def _input_stamp(self, now_us: int) -> int:
+        self.last_us = max(floor_to_grid_us(now_us), self.last_us + GRID_US)
+        self.advance(self.last_us)
+        return self.last_us
+
+    def _drain(self, stamp_us: int) -> None:
+        for datagram in self.endpoint.datagrams_to_send():
+            self._out(stamp_us, datagram)
+
+    def _out(self, stamp_us: int, datagram: bytes) -> None:
+        if self._recorder is not None:
+            self._recorder.frame(stamp_us, datagram, outbound=True)
+        self._send(stamp_us, datagram)

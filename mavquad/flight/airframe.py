@@ -1,0 +1,53 @@
+"""What the wire's numbers mean on one airframe: the scale of torque and thrust."""
+
+from __future__ import annotations
+
+import math
+
+from pydantic import Field
+
+from mavquad.flight.guards import tilt_rad
+from mavquad.schema import Section
+from mavquad.types import Attitude, Vec3
+
+
+class AirframeParams(Section):
+    """Scales between controls and motion."""
+
+    torque_scale_frd_rad_s2: Vec3 = (113.0, 113.0, 13.3)
+    """Angular acceleration at a roll, pitch, yaw control of 1, in rad/s^2. The default is PX4's SIH quadrotor: four motors of 5 N
+    on an arm of 0.2 m, mixed with 0.707, over 0.025 kg m^2; yaw four times 0.1 N m over 0.030 kg m^2."""
+    hover_thrust_norm: float = Field(default=0.0, ge=0.0, le=1.0)
+    """Thrust control that carries the weight when level; 0 learns it while the autopilot hovers."""
+
+
+class HoverThrust:
+    """Learns the thrust control that carries the weight, while the autopilot itself hovers.
+
+    At hover T cos(tilt) = g, so the level hover thrust is the mean of ATTITUDE_TARGET.thrust times cos(tilt).
+    """
+
+    def __init__(self, params: AirframeParams) -> None:
+        self._fixed = params.hover_thrust_norm
+        self._sum = 0.0
+        self._count = 0
+        self.from_parameter = 0.0
+
+    def restart(self) -> None:
+        """Forget what was learned: the vehicle is not hovering."""
+        self._sum, self._count = 0.0, 0
+
+    def learn(self, thrust_norm: float, attitude: Attitude) -> None:
+        """Take in the autopilot's own thrust command while it hovers."""
+        if math.isfinite(thrust_norm) and thrust_norm > 0.0:
+            self._sum += thrust_norm * math.cos(tilt_rad(attitude))
+            self._count += 1
+
+    @property
+    def norm(self) -> float:
+        """The best figure at hand: from the config, else learned, else the vehicle's parameter, else 0.5."""
+        if self._fixed > 0.0:
+            return self._fixed
+        if self._count > 0:
+            return self._sum / self._count
+        return self.from_parameter or 0.5

@@ -1,0 +1,54 @@
+"""Connection strings as the users of MAVLink tools write them.
+
+    udpin:HOST:PORT    listen there, answer whoever speaks (pymavlink, MAVSDK)
+    udp:HOST:PORT      the same (pymavlink); MAVSDK's udp://:PORT too
+    udpout:HOST:PORT   speak first, to that address
+
+Both udpin:HOST:PORT and udpin://HOST:PORT are read.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mavquad.errors import EndpointError
+
+MOCK = "mock"
+_EXAMPLES = "examples: udpin:127.0.0.1:14540 (listen), udpout:127.0.0.1:14580 (speak first)"
+
+
+@dataclass(frozen=True, slots=True)
+class Address:
+    """Where to bind (`listens`) or where to send to."""
+
+    listens: bool
+    host: str
+    port: int
+
+
+def parse_url(url: str) -> Address:
+    """The address in a connection string.
+
+    Raises:
+        EndpointError: with the reason and examples.
+    """
+    kind, separator, rest = url.partition(":")
+    if kind not in ("udp", "udpin", "udpout") or not separator:
+        raise EndpointError(url, "not a connection string that can be used here", _EXAMPLES)
+    host, _, port_text = rest.removeprefix("//").rpartition(":")
+    host = host.strip("[]")
+    try:
+        port = int(port_text)
+    except ValueError:
+        raise EndpointError(url, f"{port_text!r} is not a port number", _EXAMPLES) from None
+    listens = kind != "udpout"
+    if not (0 if listens else 1) <= port <= 65535:
+        raise EndpointError(url, f"port {port} is out of range", _EXAMPLES)
+    if not host and not listens:
+        raise EndpointError(url, "a host to send to is missing", _EXAMPLES)
+    return Address(listens, host or "127.0.0.1", port)
+
+
+def speaks_first(url: str) -> bool:
+    """Whether our side must send before it can be answered."""
+    return url == MOCK or not parse_url(url).listens
