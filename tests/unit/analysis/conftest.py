@@ -1,0 +1,49 @@
+"""Synthetic flights and logs, small and exact."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import pytest
+
+from mavquad.flight_record import TraceRow
+
+
+def _trace(seconds: float, rate_hz: int = 100, seed: int = 1) -> list[TraceRow]:
+    """A hover, then a 2 m box with a quarter turn, with errors of some centimetres and two limits now and then."""
+    noise = random.Random(seed)
+    return [_row(k / rate_hz, noise) for k in range(int(seconds * rate_hz))]
+
+
+def _row(t: float, noise: random.Random) -> TraceRow:
+    side, part = divmod(max(t - 10.0, 0.0) / 8.0, 1.0)
+    corners = [(0.0, 0.0), (2.0, 0.0), (2.0, -2.0), (0.0, -2.0)]
+    (x0, y0), (x1, y1) = corners[int(side) % 4], corners[int(side + 1) % 4]
+    s = min(part * 1.6, 1.0)
+    s = s * s * s * (10 - 15 * s + 6 * s * s)
+    yaw = math.radians(90) * min(max(t - 26.0, 0.0) / 6.0, 1.0)
+    reference = (3.0, yaw, x0 + s * (x1 - x0), y0 + s * (y1 - y0))
+    decay = 0.2 * math.exp(-t / 1.5)
+    wobble = [0.02 * math.sin(0.9 * t + i) + noise.gauss(0.0, 0.003) for i in range(4)]
+    measured = tuple(r + w + decay for r, w in zip(reference, wobble, strict=True))
+    zero = (0.0, 0.0, 0.0, 0.0)
+    return TraceRow(
+        stamp_us=1_700_000_000_000_000 + round(t * 1e6) // 4 * 4,
+        vehicle_stamp_us=5_000_000 + round(t * 1e6),
+        phase="hover" if t < 10.0 else "mission",
+        measured=measured,
+        reference=reference,
+        zeta_hat=tuple((value, 0.1, 0.2, 0.3) for value in measured),
+        sigma=tuple(math.sin(t / 3 + i) * (1 + i) + noise.gauss(0, 0.2) for i in range(4)),
+        demanded=zero,
+        input=(noise.gauss(0, 1.0), 0.0, 0.5, -0.5),
+        controls=(noise.gauss(0, 0.02), noise.gauss(0, 0.02), noise.gauss(0, 0.01), 0.5 + noise.gauss(0, 0.01)),
+        limits=("tilt", "snap") if 12.0 < t < 12.6 else ("snap",) if t < 0.5 else (),
+    )
+
+
+@pytest.fixture(scope="session")
+def make_trace():
+    """`make_trace(seconds)`: the rows of a synthetic flight."""
+    return _trace
