@@ -40,8 +40,8 @@ def new_figure(title: str, subtitle: str = "") -> Figure:
 
     figure = AggFigure(figsize=_SIZE_INCHES, dpi=_DOTS_PER_INCH, facecolor="white")
     FigureCanvasAgg(figure)
-    figure.text(0.045, 0.965, title, fontsize=17, fontweight="bold", color=INK, va="center")
-    figure.text(0.045, 0.935, subtitle, fontsize=11, color=MUTED, va="center")
+    figure.text(0.045, 0.97, title, fontsize=17, fontweight="bold", color=INK, va="center")
+    figure.text(0.045, 0.942, subtitle, fontsize=11, color=MUTED, va="center")
     return figure
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from mavquad.analysis import canvas
 from mavquad.analysis.canvas import Axes, Figure
+from mavquad.analysis.log_figure import survey_figure
 from mavquad.analysis.metrics import (
     SETTLED_POSITION_M,
     SETTLED_YAW_RAD,
@@ -20,12 +21,21 @@ from mavquad.analysis.metrics import (
 from mavquad.flight_record import TraceRow
 from mavquad.types import CHANNELS
 
+__all__ = ["flight_figure", "survey_figure"]
+
 Z, YAW, X, Y = range(4)
 _PANEL_HEIGHTS = (1.15, 1.4, 1.0, 1.2, 1.0, 1.0, 0.55)
+_NAMED_PHASE = 0.05  # part of the time axis that a phase must fill to carry its name
 _LEFT_COLUMN = (0.045, 0.06, 0.335, 0.835)  # left, bottom, width, height of the page
 
 
-def flight_figure(rows: Sequence[TraceRow], events: Sequence[tuple[int, str]], path: Path | str, title: str) -> None:
+def flight_figure(
+    rows: Sequence[TraceRow],
+    events: Sequence[tuple[int, str]],
+    path: Path | str,
+    title: str,
+    metrics: FlightMetrics | None = None,
+) -> None:
     """Draw a flight.
 
     Args:
@@ -33,6 +43,7 @@ def flight_figure(rows: Sequence[TraceRow], events: Sequence[tuple[int, str]], p
         events: (stamp_us, text) of what happened, on the agent's clock; drawn as marks on the time axis.
         path: the PNG to write.
         title: first line of the page.
+        metrics: the figures to print; of all the rows if not given.
 
     Raises:
         RunFolderError: the PNG cannot be written.
@@ -41,7 +52,7 @@ def flight_figure(rows: Sequence[TraceRow], events: Sequence[tuple[int, str]], p
     if rows:
         times_s = [(row.stamp_us - rows[0].stamp_us) * 1e-6 for row in rows]
         _draw_map(figure, rows)
-        _draw_metrics(figure, flight_metrics(error_samples(rows)))
+        _draw_metrics(figure, metrics or flight_metrics(error_samples(rows)))
         panels = canvas.time_panels(figure, _PANEL_HEIGHTS, left=0.445)
         _draw_panels(panels, times_s, rows)
         _draw_phases(panels, times_s, rows)
@@ -86,10 +97,10 @@ def _draw_metrics(figure: Figure, metrics: FlightMetrics) -> None:
     left, bottom, *_ = _LEFT_COLUMN
     degrees = None if metrics.yaw_rms_rad is None else math.degrees(metrics.yaw_rms_rad)
     lines = (
-        ("position error, RMS", _quantity(metrics.position_rms_m, 100.0, "cm")),
-        ("position error, largest", _quantity(metrics.position_max_m, 100.0, "cm")),
+        ("position error, RMS", _quantity(metrics.position_rms_m, 100.0, " cm")),
+        ("position error, largest", _quantity(metrics.position_max_m, 100.0, " cm")),
         ("yaw error, RMS", _quantity(degrees, 1.0, "°")),
-        ("settled within 5 cm and 3° after", _quantity(metrics.settle_s, 1.0, "s")),
+        ("settled within 5 cm and 3° after", _quantity(metrics.settle_s, 1.0, " s")),
     )
     for number, (name, value) in enumerate(lines):
         height = bottom + 0.135 - 0.032 * number
@@ -100,7 +111,7 @@ def _draw_metrics(figure: Figure, metrics: FlightMetrics) -> None:
 
 
 def _quantity(value: float | None, factor: float, unit: str) -> str:
-    return "–" if value is None else f"{value * factor:.1f} {unit}"
+    return "–" if value is None else f"{value * factor:.1f}{unit}"
 
 
 def _draw_panels(panels: Sequence[Axes], times_s: Sequence[float], rows: Sequence[TraceRow]) -> None:
@@ -120,7 +131,7 @@ def _draw_panels(panels: Sequence[Axes], times_s: Sequence[float], rows: Sequenc
     _draw_disturbance(sigma, times_s, rows)
     for number, name in enumerate(("roll", "pitch", "yaw")):
         colour = canvas.CHANNEL_COLOURS[("y", "x", "yaw")[number]]
-        torque.plot(times_s, [row.controls[number] for row in rows], color=colour, linewidth=0.9, label=name)
+        torque.plot(times_s, [row.controls[number] for row in rows], color=colour, linewidth=0.7, label=name)
     canvas.label(torque, "torque (norm.)")
     thrust.plot(times_s, [row.controls[3] for row in rows], color=canvas.CHANNEL_COLOURS["z"], linewidth=1.0)
     canvas.label(thrust, "thrust (norm.)")
@@ -168,6 +179,8 @@ def _draw_phases(panels: Sequence[Axes], times_s: Sequence[float], rows: Sequenc
     begins_s = [group[0][0] for _, group in spans] + [times_s[-1]]
     canvas.shade_spans(panels, [(begins_s[i], begins_s[i + 1]) for i in range(0, len(spans), 2)])
     for i, (name, _) in enumerate(spans):
+        if begins_s[i + 1] - begins_s[i] < _NAMED_PHASE * (times_s[-1] - times_s[0]):
+            continue
         middle_s = (begins_s[i] + begins_s[i + 1]) / 2
         panels[0].text(
             middle_s,
@@ -192,11 +205,11 @@ def _draw_events(panels: Sequence[Axes], events: Sequence[tuple[float, str]]) ->
         panels[0].text(
             time_s,
             0.04,
-            f" {text}",
+            text,
             transform=panels[0].get_xaxis_transform(),
             rotation=90,
             va="bottom",
-            ha="right",
+            ha="left",
             fontsize=8,
             color=canvas.MUTED,
         )

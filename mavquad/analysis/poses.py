@@ -109,8 +109,7 @@ class _Collector:
         if sample is None:
             self.invalid += 1
             return
-        step_us = sample.stamp_us - self._newest_us
-        if not self.segments or step_us < -_REBOOT_US or step_us > _GAP_US:
+        if not self.segments or self._begins_anew(number, sample.stamp_us):
             self._begin(log_stamp_us, sample.stamp_us)
         last_us = self._last_us.get(number, -1)
         if sample.stamp_us == last_us:
@@ -119,6 +118,11 @@ class _Collector:
             self.backward += 1
         else:
             self._append(number, sample)
+
+    def _begins_anew(self, number: int, stamp_us: int) -> bool:
+        """Whether the clock stepped back for good, or this message (or all of them) paused for long."""
+        silent_since_us = self._last_us.get(number, self._newest_us)
+        return stamp_us < self._newest_us - _REBOOT_US or stamp_us > silent_since_us + _GAP_US
 
     def _begin(self, log_stamp_us: int, stamp_us: int) -> None:
         self.segments.append(PoseSegment((log_stamp_us - self._log_start_us) * 1e-6, stamp_us))
