@@ -12,7 +12,6 @@ from mavquad.analysis.shadow import Shadow, ShadowTrack
 from mavquad.analysis.survey import SenderSurvey, Survey
 
 _PANEL_HEIGHTS = (1.2, 1.0, 1.0, 1.0, 1.0, 0.9)
-_MOST_MESSAGES = 14
 _LEFT, _WIDTH = 0.045, 0.335
 
 
@@ -28,9 +27,9 @@ def survey_figure(survey: Survey, shadow: Shadow | None, path: Path | str, title
     Raises:
         RunFolderError: the PNG cannot be written.
     """
-    figure = canvas.new_figure(title, _subtitle(survey))
-    vehicle = survey.main_vehicle()
     tracks = [track for track in shadow.tracks if track.times_s] if shadow else []
+    figure = canvas.new_figure(title, _subtitle(survey, located=bool(tracks)))
+    vehicle = survey.main_vehicle()
     if shadow and tracks:
         _draw_map(figure, tracks)
         panels = canvas.time_panels(figure, _PANEL_HEIGHTS, left=0.445)
@@ -38,18 +37,17 @@ def survey_figure(survey: Survey, shadow: Shadow | None, path: Path | str, title
         canvas.shade_spans(panels, [(span.from_s, span.to_s) for span in vehicle.armed_spans] if vehicle else [])
         _clip_time(panels, tracks)
         _label_armed(panels[0], vehicle)
-    else:
-        figure.text(0.715, 0.5, "no usable positions in this log", ha="center", fontsize=14, color=canvas.MUTED)
     if vehicle:
-        _draw_messages(figure, vehicle, survey.duration_s)
+        _draw_messages(figure, vehicle, survey.duration_s, alone=not tracks)
     canvas.save_png(figure, Path(path))
 
 
-def _subtitle(survey: Survey) -> str:
+def _subtitle(survey: Survey, located: bool) -> str:
     senders = ", ".join(_who(sender) for sender in survey.senders[:4])
     more = f" and {len(survey.senders) - 4} more" if len(survey.senders) > 4 else ""
     damage = f" · {survey.bad_bytes} bad bytes" if survey.bad_bytes else ""
-    return f"{survey.frames} frames in {survey.duration_s:.0f} s{damage} · {senders}{more}"
+    blind = "" if located else " · no usable positions"
+    return f"{survey.frames} frames in {survey.duration_s:.0f} s{damage} · {senders}{more}{blind}"
 
 
 def _who(sender: SenderSurvey) -> str:
@@ -145,21 +143,22 @@ def _visible(vehicle: SenderSurvey | None, low_s: float, high_s: float) -> Itera
             yield (span.from_s, span.to_s)
 
 
-def _draw_messages(figure: Figure, vehicle: SenderSurvey, duration_s: float) -> None:
-    """What the vehicle sent most, as mean rates over the whole log."""
-    messages = vehicle.messages[:_MOST_MESSAGES]
+def _draw_messages(figure: Figure, vehicle: SenderSurvey, duration_s: float, alone: bool) -> None:
+    """What the vehicle sent most, as mean rates over the whole log; alone, it has the page to itself."""
+    messages = vehicle.messages[: 40 if alone else 14]
     if not messages or duration_s <= 0.0:
         return
-    axes = figure.add_axes((_LEFT + 0.125, 0.06, _WIDTH - 0.125, 0.275))
+    width, height = (0.8, 0.81) if alone else (_WIDTH - 0.125, 0.275)
+    axes = figure.add_axes((_LEFT + 0.125, 0.06, width, height))
     canvas.style(axes)
     rates_hz = [message.count / duration_s for message in messages]
     rows = range(len(messages))
     bars = axes.barh(rows, rates_hz, color=canvas.SKY, height=0.68)
-    axes.bar_label(bars, [f"{rate_hz:.2g}" for rate_hz in rates_hz], padding=3, fontsize=8, color=canvas.INK)
+    axes.bar_label(bars, [f"{rate_hz:.3g}" for rate_hz in rates_hz], padding=3, fontsize=8, color=canvas.INK)
     axes.set_yticks(rows, [message.name for message in messages], fontsize=8)
-    axes.invert_yaxis()
+    axes.set_ylim(len(messages) - 0.4, -0.6)
     axes.set_xlim(0.0, max(rates_hz) * 1.15)
     axes.grid(False, axis="y")
     axes.set_xlabel("messages per second, mean over the log", fontsize=10, color=canvas.INK)
     title = f"the most frequent messages from {vehicle.sender[0]}/{vehicle.sender[1]}"
-    figure.text(_LEFT, 0.35, title, fontsize=11, color=canvas.INK)
+    figure.text(_LEFT, 0.075 + height, title, fontsize=11, color=canvas.INK)
