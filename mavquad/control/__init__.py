@@ -1,1 +1,2 @@
-"""The paper's law, one idea a file; pure functions over frozen dataclasses, plain floats."""
+"""The law of Kim, Pyrkin, Borisov (arXiv:2605.14945), one idea a file; pure functions over frozen dataclasses, plain
+floats."""

@@ -1,0 +1,126 @@
+"""A replica of what stands between a command and the chain: a known delay, then a first-order lag.
+
+A command w computed from a measurement stamped t acts at t + delay until the next one does; the chain's input a follows it:
+
+    lag a_d = w(t - delay) - a,        zeta_r_d = sigma + a
+
+Everything is linear, so that any interval is solved exactly by superposition: a step of w at time tau before its end adds
+
+    S_k(tau) = tau^k / k! - E_(k-1)(tau)      to the state k integrations behind a,
+    E_0(tau) = lag (1 - exp(-tau / lag)),     E_k(tau) = lag (tau^k / k! - E_(k-1)(tau))
+
+and the lag's own memory a(0) adds a(0) E_(k-1). No numerical integration, no rounding of the command's times to samples.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+from mavquad.types import Vec4
+
+_MICROSECOND_S = 1e-6
+
+Command = tuple[int, Vec4]
+"""When it starts to act (us of the vehicle's clock), and the chain inputs w of z, yaw, x, y."""
+
+MAX_COMMANDS = 64
+"""Bound on the memory: the oldest are forgotten first (a measurement stream that stood still needs no exact past)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Response:
+    """Coefficients of one elapsed time for a chain of length r. `step` and `memory` list zeta_1 .. zeta_r, then a."""
+
+    taylor: tuple[float, ...]
+    """tau^k / k!, k = 0 .. r: how each state, and sigma, reaches those above it."""
+    step: tuple[float, ...]
+    """Answer to a unit step of the command, tau after it."""
+    memory: tuple[float, ...]
+    """Answer to a unit of lagged input left from before, tau later."""
+
+
+@lru_cache(maxsize=4096)
+def response(length: int, lag_s: float, tau_us: int) -> Response:
+    """The coefficients; kept, since stamps are regular."""
+    tau_s = tau_us * _MICROSECOND_S
+    taylor = tuple(tau_s**k / math.factorial(k) for k in range(length + 1))
+    left = math.exp(-tau_s / lag_s) if lag_s > 0.0 else 0.0
+    memories = [-math.expm1(-tau_s / lag_s) * lag_s if lag_s > 0.0 else 0.0]
+    for k in range(1, length):
+        memories.append(lag_s * (taylor[k] - memories[k - 1]))
+    memory = tuple(memories[length - 1 - i] for i in range(length))
+    step = tuple(taylor[length - i] - memory[i] for i in range(length))
+    return Response(taylor, (*step, 1.0 - left), (*memory, left))
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """What happens between two moments: the command in force at the start and when others take over."""
+
+    duration_us: int
+    first: Vec4
+    switches: tuple[tuple[int, Vec4], ...]
+    """(time left until the end in us, change of the command)."""
+
+
+def interval(commands: tuple[Command, ...], from_us: int, to_us: int) -> Interval:
+    """The commands in force between two moments. Before the first command its own value is taken."""
+    in_force = commands[0][1]
+    first = in_force
+    switches = []
+    for start_us, value in commands:
+        if start_us <= from_us:
+            first = value
+        elif start_us < to_us:
+            switches.append((to_us - start_us, _difference(value, in_force)))
+        in_force = value
+    return Interval(to_us - from_us, first, tuple(switches))
+
+
+def appended(commands: tuple[Command, ...], new: Command, oldest_needed_us: int) -> tuple[Command, ...]:
+    """The commands with a new one at the end, and without those that no interval from `oldest_needed_us` on sees.
+
+    A new command that starts no later than the last one replaces it.
+    """
+    kept = [c for c in commands if c[0] < new[0]]
+    while len(kept) > 1 and (kept[1][0] <= oldest_needed_us or len(kept) >= MAX_COMMANDS):
+        del kept[0]
+    return (*kept, new)
+
+
+def advance(
+    length: int, lag_s: float, state: tuple[float, ...], lagged: float, span: Interval, channel: int
+) -> tuple[tuple[float, ...], float]:
+    """One chain (zeta_1 .. zeta_r, sigma) and its lagged input at the end of the interval, exactly."""
+    whole = response(length, lag_s, span.duration_us)
+    step, memory, taylor = whole.step, whole.memory, whole.taylor
+    first = span.first[channel]
+    ends = [step[i] * first + memory[i] * lagged for i in range(length + 1)]
+    for left_us, change in span.switches:
+        size = change[channel]
+        part = response(length, lag_s, left_us).step
+        for i in range(length + 1):
+            ends[i] += part[i] * size
+    lagged_end = ends.pop()
+    for i in range(length):
+        total = ends[i]
+        for coefficient, value in zip(taylor, state[i:], strict=False):
+            total += coefficient * value
+        ends[i] = total
+    ends.append(state[length])
+    return tuple(ends), lagged_end
+
+
+def lagged_input(lag_s: float, lagged: float, span: Interval, channel: int) -> float:
+    """The lag's output alone at the end of the interval."""
+    whole = response(1, lag_s, span.duration_us)
+    end = whole.step[1] * span.first[channel] + whole.memory[1] * lagged
+    for left_us, change in span.switches:
+        end += response(1, lag_s, left_us).step[1] * change[channel]
+    return end
+
+
+def _difference(new: Vec4, old: Vec4) -> Vec4:
+    return (new[0] - old[0], new[1] - old[1], new[2] - old[2], new[3] - old[3])

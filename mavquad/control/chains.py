@@ -1,0 +1,107 @@
+"""The four chains brought to the moment of a measurement, by the observer or from the full state, and ahead of it."""
+
+from __future__ import annotations
+
+from mavquad.control.actuation import Command, interval, lagged_input
+from mavquad.control.euler import Trig
+from mavquad.control.inversion import Gain
+from mavquad.control.model import GRAVITY_M_S2
+from mavquad.control.normal_form import BodyState, q4, zeta
+from mavquad.control.observer import Estimate, correct, predict
+from mavquad.control.state import YAW, Chains, ControllerState, Estimates, Rotors, X, Y, Z
+from mavquad.control.tuning import Tuning
+from mavquad.frames import unwrap_near
+from mavquad.types import Position, Vec3
+
+
+def observed_yaw(tune: Tuning, state: ControllerState, stamp_us: int, yaw_rad: float) -> Estimate:
+    """The yaw chain corrected by a yaw of any turn: it is unwrapped beside the prediction."""
+    before = state.estimates[YAW]
+    gains = tune.observers[YAW]
+    predicted = predict(gains, before, YAW, interval(state.commands, before.stamp_us, stamp_us))
+    return correct(gains, predicted, unwrap_near(yaw_rad, predicted.values[0]), stamp_us - before.stamp_us)
+
+
+def observed(tune: Tuning, state: ControllerState, position: Position) -> Estimates:
+    """z, x, y predicted to the position's stamp and corrected; yaw as it is."""
+    z, yaw, x, y = state.estimates
+    px, py, pz = position.position_nwu_m
+    span = interval(state.commands, z.stamp_us, position.stamp_us)
+    dt_us = span.duration_us
+    gains = tune.observers[Z]
+    return (
+        correct(gains, predict(gains, z, Z, span), pz, dt_us),
+        yaw,
+        correct(gains, predict(gains, x, X, span), px, dt_us),
+        correct(gains, predict(gains, y, Y, span), py, dt_us),
+    )
+
+
+def look_ahead(tune: Tuning, estimates: Estimates, commands: tuple[Command, ...], until_us: int) -> Chains:
+    """(zeta_1 .. zeta_4, sigma) of each channel at a later moment, with the commands that are in flight."""
+    z, yaw, x, y = estimates
+    gains = tune.observers
+    span = interval(commands, z.stamp_us, until_us)
+    yaw_span = span if yaw.stamp_us == z.stamp_us else interval(commands, yaw.stamp_us, until_us)
+    return (
+        predict(gains[Z], z, Z, span).values,
+        predict(gains[YAW], yaw, YAW, yaw_span).values,
+        predict(gains[X], x, X, span).values,
+        predict(gains[Y], y, Y, span).values,
+    )
+
+
+def rotors_at(tune: Tuning, state: ControllerState, stamp_us: int) -> Rotors:
+    """u1 and u2 behind the rotors' lag at a moment, from the thrusts and yaw inputs that were sent."""
+    before = state.rotors
+    span = interval(before.sent, before.stamp_us, stamp_us)
+    lagged = (lagged_input(tune.lag_s, before.lagged[0], span, 0), lagged_input(tune.lag_s, before.lagged[1], span, 1))
+    return Rotors(stamp_us, lagged, before.sent)
+
+
+def _rates_of(tune: Tuning, state: ControllerState, rotors: Rotors) -> tuple[float, float]:
+    """Their derivatives: a_d = (sent - a) / lag, or what is being integrated when there is no lag."""
+    if tune.lag_s <= 0.0:
+        return state.thrust.rate, state.yaw.rate
+    sent = interval(rotors.sent, rotors.stamp_us, rotors.stamp_us).first
+    return (sent[0] - rotors.lagged[0]) / tune.lag_s, (sent[1] - rotors.lagged[1]) / tune.lag_s
+
+
+def measured(
+    tune: Tuning, state: ControllerState, position: Position, t: Trig, rates: Vec3, rotors: Rotors
+) -> tuple[Estimates, Gain]:
+    """The chains from the measured state, sigma zero, and the gain and drift there: eq. (6).
+
+    Args:
+        tune: gains and limits.
+        state: before this step; its yaw chain already has this attitude.
+        position: measured.
+        t: of the measured attitude.
+        rates: Euler rates measured.
+        rotors: at the position's stamp.
+    """
+    thrust_rate, yaw_input_rate = _rates_of(tune, state, rotors)
+    body = BodyState(
+        euler_rates_rad_s=rates,
+        thrust_m_s2=state.trim_m_s2 + rotors.lagged[0],
+        thrust_rate_m_s3=thrust_rate,
+        yaw_input_rad_s2=rotors.lagged[1],
+        yaw_input_rate_rad_s3=yaw_input_rate,
+    )
+    px, py, pz = position.position_nwu_m
+    vx, vy, vz = position.velocity_nwu_m_s
+    z, yaw, x, y = state.estimates
+    chains = zeta(t, (pz, yaw.values[0], px, py), (vz, rates[2], vx, vy), body, GRAVITY_M_S2)
+    span = interval(state.commands, z.stamp_us, position.stamp_us)
+
+    def replaced(before: Estimate, channel: int) -> Estimate:
+        lagged = lagged_input(tune.lag_s, before.lagged_input, span, channel)
+        return Estimate(position.stamp_us, (*chains[channel], 0.0), lagged)
+
+    estimates = (
+        replaced(z, Z),
+        Estimate(yaw.stamp_us, (*chains[YAW], 0.0), yaw.lagged_input),
+        replaced(x, X),
+        replaced(y, Y),
+    )
+    return estimates, Gain(t, full=True, thrust_m_s2=body.thrust_m_s2, drift=q4(t, body))

@@ -1,0 +1,73 @@
+"""From the fourth derivatives demanded to the inputs U, and from what U became back to what the chains will feel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mavquad.control.euler import Trig
+from mavquad.control.integrators import Integrator, allowed_drive
+from mavquad.control.model import GRAVITY_M_S2
+from mavquad.control.normal_form import apply_b0, b4, solve_b0, solve_b4
+from mavquad.control.saturation import is_saturated, smooth_saturation
+from mavquad.types import Vec4
+
+_SATURATED = ("saturation_thrust", "saturation_yaw", "saturation_roll", "saturation_pitch")
+_STOPPED = ("thrust", "yaw_input")
+
+
+@dataclass(frozen=True, slots=True)
+class Gain:
+    """The input gain and drift that the law counts on: b4(0, yaw) and nothing, or b4 and q4 of the measured state."""
+
+    t: Trig
+    full: bool
+    thrust_m_s2: float = GRAVITY_M_S2
+    drift: Vec4 = (0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Realised:
+    """U as it will be integrated and sent, the chain input that it makes, and the limits met on the way."""
+
+    inputs: Vec4
+    w: Vec4
+    active: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """Of u1 and u2."""
+
+    thrust_low_m_s2: float
+    thrust_high_m_s2: float
+    yaw_high_rad_s2: float
+
+
+def realise(gain: Gain, demanded: Vec4, levels: Vec4, thrust: Integrator, yaw: Integrator, bounds: Bounds) -> Realised:
+    """U = sat_N(B^-1 (w - q)), its first two entries kept to what the integrators may take, and w = q + B U again."""
+    wanted = _solve(gain, demanded)
+    v1, v2, roll, pitch = (smooth_saturation(u, n) for u, n in zip(wanted, levels, strict=True))
+    v1_allowed = allowed_drive(thrust, v1, bounds.thrust_low_m_s2, bounds.thrust_high_m_s2)
+    v2_allowed = allowed_drive(yaw, v2, -bounds.yaw_high_rad_s2, bounds.yaw_high_rad_s2)
+    active = [name for name, u, n in zip(_SATURATED, wanted, levels, strict=True) if is_saturated(u, n)]
+    active += [name for name, a, b in zip(_STOPPED, (v1, v2), (v1_allowed, v2_allowed), strict=True) if a != b]
+    inputs = (v1_allowed, v2_allowed, roll, pitch)
+    return Realised(inputs, _apply(gain, inputs), tuple(active))
+
+
+def _solve(gain: Gain, w: Vec4) -> Vec4:
+    if not gain.full:
+        return solve_b0(gain.t.s_yaw, gain.t.c_yaw, GRAVITY_M_S2, w)
+    q = gain.drift
+    return solve_b4(gain.t, gain.thrust_m_s2, (w[0] - q[0], w[1] - q[1], w[2] - q[2], w[3] - q[3]))
+
+
+def _apply(gain: Gain, inputs: Vec4) -> Vec4:
+    if not gain.full:
+        return apply_b0(gain.t.s_yaw, gain.t.c_yaw, GRAVITY_M_S2, inputs)
+    a, b, c, d = inputs
+    wz, wyaw, wx, wy = (
+        q + row[0] * a + row[1] * b + row[2] * c + row[3] * d
+        for row, q in zip(b4(gain.t, gain.thrust_m_s2), gain.drift, strict=True)
+    )
+    return (wz, wyaw, wx, wy)
