@@ -1,0 +1,146 @@
+"""PX4's answers to commands: COMMAND_LONG, COMMAND_INT and the old SET_MODE, with their COMMAND_ACK."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from mavquad.protocol.codec import Message, mavlink
+from sitl_mock.config import Firmware, Refuse
+from sitl_mock.personality.commander import ACCEPTED, CRITICAL, INFO, TEMPORARILY_REJECTED, Commander
+from sitl_mock.personality.modes import Mode, mode_of
+from sitl_mock.personality.params import ParameterServer
+from sitl_mock.personality.streams import Streams
+from sitl_mock.script import Script
+
+Sender = tuple[int, int]
+Params = tuple[float, float, float, float, float, float, float]
+
+FAILED: int = mavlink.MAV_RESULT_FAILED
+DENIED: int = mavlink.MAV_RESULT_DENIED
+UNSUPPORTED: int = mavlink.MAV_RESULT_UNSUPPORTED
+_FORCE = 21196
+_CUSTOM_MODE_FLAG = 1
+_SET_MODE = mavlink.MAV_CMD_DO_SET_MODE
+_AUTOPILOT_VERSION = mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION
+_GROUND_STATION_COMPONENT = mavlink.MAV_COMP_ID_MISSIONPLANNER
+
+
+class Commands:
+    """Obeys commands. `send_message` sends the message with an id at once and says whether there is such a one."""
+
+    def __init__(
+        self,
+        firmware: Firmware,
+        system_id: int,
+        commander: Commander,
+        streams: Streams,
+        params: ParameterServer,
+        script: Script,
+        home_altitude_m: float,
+        send_message: Callable[[int, int], bool],
+    ) -> None:
+        self._is_113 = firmware == "1.13"
+        self._system_id = system_id
+        self._commander = commander
+        self._streams = streams
+        self._params = params
+        self._script = script
+        self._home_altitude_m = home_altitude_m
+        self._send_message = send_message
+        self._handlers: dict[int, Callable[[Params, int], int | None]] = {
+            mavlink.MAV_CMD_COMPONENT_ARM_DISARM: self._arm,
+            mavlink.MAV_CMD_NAV_TAKEOFF: self._take_off,
+            mavlink.MAV_CMD_NAV_LAND: self._land,
+            mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: lambda _, boot_us: commander.request(Mode.RTL, boot_us),
+            mavlink.MAV_CMD_SET_MESSAGE_INTERVAL: self._set_interval,
+            mavlink.MAV_CMD_REQUEST_MESSAGE: lambda p, boot_us: self._request_message(int(p[0]), boot_us),
+            mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: self._request_version,
+            mavlink.MAV_CMD_REQUEST_PROTOCOL_VERSION: lambda _, __: ACCEPTED,
+        }
+
+    def answer(self, message: Message, sender: Sender, boot_us: int) -> list[Message]:
+        """Obey a command message; the COMMAND_ACKs to send for it."""
+        if message.get_type() == "SET_MODE":
+            if message.target_system != self._system_id:
+                return []
+            main, sub = message.custom_mode >> 16 & 0xFF, message.custom_mode >> 24 & 0xFF
+            result = self._set_mode((message.base_mode, main, sub, 0, 0, 0, 0), sender, boot_us)
+            return [_ack(_SET_MODE, result, sender)]
+        command = int(message.command)
+        if message.target_system != self._system_id or message.target_component not in (0, 1):
+            return [_ack(command, FAILED, sender)] if self._is_113 else []
+        scripted = self._script.answer(command)
+        if isinstance(scripted, Refuse):
+            if scripted.text:
+                self._commander.texts.append((CRITICAL, scripted.text))
+            return [_ack(command, scripted.result, sender)]
+        if scripted is not None:
+            return [_ack(command, ACCEPTED, sender)]
+        return [_ack(command, result, sender) for result in self._obey(command, _params_of(message), sender, boot_us)]
+
+    def _obey(self, command: int, params: Params, sender: Sender, boot_us: int) -> list[int]:
+        if command == _SET_MODE:
+            result = self._set_mode(params, sender, boot_us)
+            # The receiver of 1.16 acknowledges before its commander has decided.
+            return [result] if self._is_113 else [ACCEPTED, result]
+        handler = self._handlers.get(command)
+        answer = UNSUPPORTED if handler is None else handler(params, boot_us)
+        return [] if answer is None else [answer]
+
+    def _set_mode(self, params: Params, sender: Sender, boot_us: int) -> int:
+        mode = mode_of(int(params[1]), int(params[2]))
+        if mode is None or not int(params[0]) & _CUSTOM_MODE_FLAG:
+            return ACCEPTED  # as PX4: acknowledged, and nothing happens
+        result = self._commander.request(mode, boot_us)
+        # PX4 1.16 tells the reason to ground stations only.
+        if result == TEMPORARILY_REJECTED and not self._is_113 and sender[1] == _GROUND_STATION_COMPONENT:
+            self._commander.texts.append((CRITICAL, "Switching to Offboard is currently not available"))
+        return result
+
+    def _arm(self, params: Params, boot_us: int) -> int | None:
+        if params[0] == 1:
+            return self._commander.arm(boot_us)
+        if params[0] == 0:
+            return self._commander.disarm(forced=params[1] == _FORCE)
+        return None
+
+    def _take_off(self, params: Params, boot_us: int) -> int:
+        least_m = float(self._params["MIS_TAKEOFF_ALT"])
+        climb_m = params[6] - self._home_altitude_m
+        if not math.isfinite(climb_m) or climb_m < least_m:
+            climb_m = least_m
+            known = (
+                f"minimum takeoff altitude: {least_m:.2f}"
+                if self._is_113
+                else f"default takeoff altitude: {least_m:.1f}"
+            )
+            self._commander.texts.append((INFO, f"Using {known} m"))
+        self._commander.take_off(climb_m)
+        return ACCEPTED
+
+    def _land(self, params: Params, boot_us: int) -> int:
+        self._commander.texts.append((INFO, "Landing at current position"))
+        return self._commander.request(Mode.LAND, boot_us)
+
+    def _set_interval(self, params: Params, boot_us: int) -> int:
+        if not math.isfinite(params[1]):
+            return DENIED
+        return ACCEPTED if self._streams.set_interval(int(params[0]), params[1], boot_us) else FAILED
+
+    def _request_message(self, message_id: int, boot_us: int) -> int:
+        return ACCEPTED if self._send_message(message_id, boot_us) else DENIED
+
+    def _request_version(self, params: Params, boot_us: int) -> int:
+        return self._request_message(_AUTOPILOT_VERSION, boot_us)
+
+
+def _params_of(message: Message) -> Params:
+    p = message
+    if message.get_type() == "COMMAND_INT":
+        return (p.param1, p.param2, p.param3, p.param4, p.x, p.y, p.z)
+    return (p.param1, p.param2, p.param3, p.param4, p.param5, p.param6, p.param7)
+
+
+def _ack(command: int, result: int, sender: Sender) -> Message:
+    return mavlink.MAVLink_command_ack_message(command, result, 0, 0, sender[0], sender[1])

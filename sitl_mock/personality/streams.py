@@ -1,0 +1,73 @@
+"""Which telemetry is due: PX4's default rates, SET_MESSAGE_INTERVAL, and what the autopilot can deliver.
+
+A stream is due in the first tick of each of its periods counted from boot, so that two streams of the same rate fall
+into the same tick whenever they were asked for.
+"""
+
+from __future__ import annotations
+
+from mavquad.endpoint import NEVER_US
+from mavquad.protocol.codec import mavlink
+from sitl_mock.config import StreamsConfig
+
+DEFAULT_HZ: dict[int, float] = {
+    mavlink.MAVLINK_MSG_ID_HEARTBEAT: 1,
+    mavlink.MAVLINK_MSG_ID_ATTITUDE: 100,
+    mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: 50,
+    mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: 30,
+    mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: 50,
+    mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET: 10,
+    mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: 10,
+    mavlink.MAVLINK_MSG_ID_TIMESYNC: 10,
+    mavlink.MAVLINK_MSG_ID_SYS_STATUS: 5,
+    mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: 5,
+    mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: 1,
+    mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: 0.5,
+    mavlink.MAVLINK_MSG_ID_HOME_POSITION: 0.5,
+}
+"""Every stream and its rate on PX4's onboard link, in the order in which one tick sends them."""
+
+_TICK_HZ = 250.0
+
+
+class Streams:
+    """The intervals in force, and the messages due now."""
+
+    def __init__(self, config: StreamsConfig) -> None:
+        self._fastest_hz = dict.fromkeys(DEFAULT_HZ, _TICK_HZ)
+        self._fastest_hz[mavlink.MAVLINK_MSG_ID_ATTITUDE] = config.max_attitude_hz
+        self._fastest_hz[mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION] = config.max_attitude_hz
+        self._fastest_hz[mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED] = config.max_position_hz
+        self._interval_us = {message_id: self._period_us(message_id, 1e6 / hz) for message_id, hz in DEFAULT_HZ.items()}
+        self._due_us = dict.fromkeys(DEFAULT_HZ, 0)
+
+    def _period_us(self, message_id: int, asked_us: float) -> int:
+        return round(max(asked_us, 1e6 / self._fastest_hz[message_id]))
+
+    def set_interval(self, message_id: int, interval_us: float, boot_us: int) -> bool:
+        """Obey SET_MESSAGE_INTERVAL: 0 restores the default, below 0 stops. False for a message without a stream."""
+        if message_id not in DEFAULT_HZ:
+            return False
+        if interval_us < 0:
+            self._interval_us[message_id] = -1
+            self._due_us[message_id] = NEVER_US
+            return True
+        asked_us = interval_us if interval_us > 0 else 1e6 / DEFAULT_HZ[message_id]
+        self._interval_us[message_id] = self._period_us(message_id, asked_us)
+        self._schedule(message_id, boot_us)
+        return True
+
+    def interval_us(self, message_id: int) -> int:
+        """The interval in force; -1 stopped, 0 no such stream (MESSAGE_INTERVAL's convention)."""
+        return self._interval_us.get(message_id, 0)
+
+    def due(self, boot_us: int) -> list[int]:
+        """Ids of the messages to send in this tick."""
+        ids = [message_id for message_id, due_us in self._due_us.items() if due_us <= boot_us]
+        for message_id in ids:
+            self._schedule(message_id, boot_us)
+        return ids
+
+    def _schedule(self, message_id: int, boot_us: int) -> None:
+        interval = self._interval_us[message_id]
+        self._due_us[message_id] = (boot_us // interval + 1) * interval
