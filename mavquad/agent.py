@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 from mavquad.agent_params import AgentParams
 from mavquad.endpoint import NEVER_US, floor_to_grid_us, grid_us
@@ -173,6 +174,14 @@ class Agent:
         self.interrupted = True
         self._note("operator", "stop")
         self._fire(Event.STOP)
+
+    def last_resort(self) -> list[bytes]:
+        """What to send when this agent itself has failed in flight: hold, and no rotation meanwhile."""
+        if not self.in_flight or self.link.vehicle is None:
+            return []
+        hold = commands.set_mode(px4.LOITER.name, px4.LOITER.main, px4.LOITER.sub).message(self.link.vehicle, 0)
+        safe = px4.torque_setpoint(self._now_us, self._law.safe_controls(), *self.link.vehicle)
+        return [self._encoder.encode(message) for message in (hold, safe)]
 
     @property
     def done(self) -> bool:
@@ -357,7 +366,7 @@ class Agent:
     def _enter_done(self) -> None:
         self._law_on = False
 
-    _ENTER: dict[Phase, Callable[[Agent], None]] = {
+    _ENTER: ClassVar[dict[Phase, Callable[[Agent], None]]] = {
         Phase.IDENTIFYING: _enter_identifying,
         Phase.ARMING: _enter_arming,
         Phase.TAKING_OFF: _enter_taking_off,
@@ -561,7 +570,7 @@ class Agent:
         self._send_setpoint(self._law.safe_controls())
         self.safe_setpoints += 1
 
-    _HANDLERS: dict[int, Callable[[Agent, Message], None]] = {
+    _HANDLERS: ClassVar[dict[int, Callable[[Agent, Message], None]]] = {
         mavlink.MAVLINK_MSG_ID_HEARTBEAT: _on_heartbeat,
         mavlink.MAVLINK_MSG_ID_ATTITUDE: _on_attitude,
         mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: _on_position,

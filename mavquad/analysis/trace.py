@@ -43,11 +43,21 @@ HEADER = ("stamp_us", "vehicle_stamp_us", "phase", *_NUMBERS, "limits")
 """Names of the columns, in order."""
 
 
+class TraceWriter:
+    """Writes the header at once and then rows as they come; open the stream with newline=""."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._writer = csv.writer(stream, lineterminator="\n")
+        self._writer.writerow(HEADER)
+
+    def write(self, rows: Iterable[TraceRow]) -> None:
+        """Append rows."""
+        self._writer.writerows(_cells(row) for row in rows)
+
+
 def write_trace(stream: TextIO, rows: Iterable[TraceRow]) -> None:
     """Write the header and the rows; open the stream with newline=""."""
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(HEADER)
-    writer.writerows(_cells(row) for row in rows)
+    TraceWriter(stream).write(rows)
 
 
 def read_trace(path: Path | str) -> list[TraceRow]:

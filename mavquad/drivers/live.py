@@ -8,10 +8,12 @@ and how late is measured.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import time
+from collections.abc import Callable
 
 from mavquad.drivers.runner import Recorder, Runner
-from mavquad.endpoint import NEVER_US, Endpoint, floor_to_grid_us
+from mavquad.endpoint import NEVER_US, Endpoint
 from mavquad.errors import EndpointError
 from mavquad.url import Address
 
@@ -42,16 +44,22 @@ class LiveDriver(asyncio.DatagramProtocol):
     """
 
     def __init__(
-        self, endpoint: Endpoint, clock: Clock, peer: tuple[str, int] | None, recorder: Recorder | None
+        self,
+        endpoint: Endpoint,
+        clock: Clock,
+        start_us: int,
+        recorder: Recorder | None,
+        peer: tuple[str, int] | None,
+        connected: bool,
     ) -> None:
         self._clock = clock
         self._peer = peer
-        self._connected = peer is not None
+        self._connected = connected
         self._transport: asyncio.DatagramTransport | None = None
         self._timer: asyncio.TimerHandle | None = None
         self._loop = asyncio.get_running_loop()
         self._changed = asyncio.Event()
-        self.runner = Runner(endpoint, clock.now_us(), self._send, recorder)
+        self.runner = Runner(endpoint, start_us, self._send, recorder)
         self.lateness_us: list[int] = []
         self.failure: Exception | None = None
         self.foreign_datagrams = 0
@@ -90,6 +98,11 @@ class LiveDriver(asyncio.DatagramProtocol):
         self._transport.sendto(datagram, None if self._connected else self._peer)
         self.lateness_us.append(self._clock.now_us() - stamp_us)
 
+    def send_raw(self, datagram: bytes) -> None:
+        """Send past the endpoint and the record; for the last resort of an endpoint that failed."""
+        if self._transport is not None and self._peer is not None:
+            self._transport.sendto(datagram, None if self._connected else self._peer)
+
     def _wake(self) -> None:
         self._timer = None
         self._guarded(lambda: self.runner.advance(self._clock.now_us()))
@@ -99,9 +112,8 @@ class LiveDriver(asyncio.DatagramProtocol):
         act = getattr(self.runner.endpoint, name)
         self._guarded(lambda: self.runner.command(name, act, self._clock.now_us()))
 
-    def _guarded(self, action: object) -> None:
+    def _guarded(self, action: Callable[[], None]) -> None:
         """Run an action; what it raises is kept for the one who waits, since asyncio would only log it."""
-        assert callable(action)
         try:
             action()
         except Exception as error:  # noqa: BLE001 - handed on, not swallowed
@@ -129,10 +141,8 @@ class LiveDriver(asyncio.DatagramProtocol):
         """
         self._changed.clear()
         if self.failure is None:
-            try:
+            with contextlib.suppress(TimeoutError):
                 await asyncio.wait_for(self._changed.wait(), timeout_s)
-            except TimeoutError:
-                pass
         if self.failure is not None:
             raise self.failure
 
@@ -155,6 +165,7 @@ async def open_live(
     endpoint: Endpoint,
     address: Address,
     clock: Clock,
+    start_us: int,
     recorder: Recorder | None = None,
     speak_to: Address | None = None,
 ) -> LiveDriver:
@@ -164,29 +175,25 @@ async def open_live(
         endpoint: the agent, or the mock autopilot.
         address: where to listen, or whom to send to.
         clock: the time.
+        start_us: when the endpoint was started, by that clock.
         recorder: keeps what passes.
         speak_to: with a listening address: the peer to speak to at once, as PX4 does on its offboard port.
 
     Raises:
         EndpointError: the port cannot be opened, or the host is unknown.
     """
-    loop = asyncio.get_running_loop()
-    peer = (speak_to.host, speak_to.port) if speak_to is not None else None
     local = (address.host, address.port) if address.listens else None
     remote = None if address.listens else (address.host, address.port)
+    peer = remote or ((speak_to.host, speak_to.port) if speak_to is not None else None)
     words = f"{'udpin' if address.listens else 'udpout'}:{address.host}:{address.port}"
     try:
-        _, driver = await loop.create_datagram_endpoint(
-            lambda: LiveDriver(endpoint, clock, remote or peer, recorder), local_addr=local, remote_addr=remote
+        _, driver = await asyncio.get_running_loop().create_datagram_endpoint(
+            lambda: LiveDriver(endpoint, clock, start_us, recorder, peer, connected=remote is not None),
+            local_addr=local,
+            remote_addr=remote,
         )
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         hint = "another program has this port; stop it or choose another" if local else "check the host and the port"
         raise EndpointError(words, f"cannot be opened ({reason})", hint) from None
-    driver._connected = remote is not None
     return driver
-
-
-def start_of(clock: Clock) -> int:
-    """The stamp at which an endpoint that is driven live starts."""
-    return floor_to_grid_us(clock.now_us())

@@ -15,8 +15,8 @@ class AirframeParams(Section):
     """Scales between controls and motion."""
 
     torque_scale_frd_rad_s2: Vec3 = (113.0, 113.0, 13.3)
-    """Angular acceleration at a roll, pitch, yaw control of 1, in rad/s^2. The default is PX4's SIH quadrotor: four motors of 5 N
-    on an arm of 0.2 m, mixed with 0.707, over 0.025 kg m^2; yaw four times 0.1 N m over 0.030 kg m^2."""
+    """Angular acceleration at a roll, pitch, yaw control of 1, in rad/s^2. The default is PX4's SIH quadrotor: four motors
+    of 5 N on an arm of 0.2 m, mixed with 0.707, over 0.025 kg m^2; yaw four times 0.1 N m over 0.030 kg m^2."""
     hover_thrust_norm: float = Field(default=0.0, ge=0.0, le=1.0)
     """Thrust control that carries the weight when level; 0 learns it while the autopilot hovers."""
 

@@ -94,10 +94,10 @@ class LawFlight:
             phase=phase,
             measured=(z - e_z, yaw - e_yaw, x - e_x, y - e_y),
             reference=(z, yaw, x, y),
-            zeta_hat=trace.zeta_hat,
+            zeta_hat=tuple((c[0], c[1], c[2], c[3]) for c in trace.zeta_hat),
             sigma=trace.sigma,
             demanded=trace.demanded,
-            input=trace.input,
+            input=trace.inputs,
             controls=self.controls(result.command),
-            limits=trace.limits,
+            limits=trace.limits_active,
         )

@@ -1,0 +1,131 @@
+"""The commands and their options."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mavquad.cli.outcome import EXIT_CODES, run
+
+app = typer.Typer(
+    name="mavquad",
+    help="Flies quadcopters over MAVLink with a robust output-feedback law.",
+    epilog=EXIT_CODES.replace("\n", "\n\n"),
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+ConfigArgument = Annotated[
+    Path | None,
+    typer.Argument(help="Configuration (TOML); without it, the one for the bundled mock.", show_default=False),
+]
+ConnectOption = Annotated[
+    str | None,
+    typer.Option(help="Vehicle: udpin:HOST:PORT (listen), udpout:HOST:PORT (speak first).", show_default=False),
+]
+MissionOption = Annotated[str | None, typer.Option(help="box or hover.", show_default=False)]
+DurationOption = Annotated[
+    float | None, typer.Option(help="Seconds under the law; the mission's own length otherwise.", show_default=False)
+]
+SeedOption = Annotated[int | None, typer.Option(help="Seed of the mock's noise and losses.", show_default=False)]
+SetOption = Annotated[
+    list[str] | None, typer.Option("--set", help="Any key of the configuration: key.path=value.", show_default=False)
+]
+RunDirOption = Annotated[Path | None, typer.Option(help="Run folder; new, or empty.", show_default=False)]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print the summary, and nothing else, on stdout.")]
+WindOption = Annotated[str | None, typer.Option(help="Wind N,E,D in m/s.", show_default=False)]
+LatencyOption = Annotated[float | None, typer.Option(help="Delay of the link, each way, ms.", show_default=False)]
+JitterOption = Annotated[float | None, typer.Option(help="Largest further delay, each way, ms.", show_default=False)]
+LossOption = Annotated[float | None, typer.Option(help="Share of frames lost, each way, 0 to 1.", show_default=False)]
+
+
+@app.command(epilog=EXIT_CODES.replace("\n", "\n\n"))
+def fly(
+    config: ConfigArgument = None,
+    connect: ConnectOption = None,
+    mission: MissionOption = None,
+    duration: DurationOption = None,
+    seed: SeedOption = None,
+    wind: WindOption = None,
+    set_: SetOption = None,
+    run_dir: RunDirOption = None,
+    json: JsonOption = False,
+) -> int:
+    """Fly a mission over UDP; without --connect, on a mock autopilot that it starts itself."""
+    from mavquad.cli.fly import fly as command
+
+    overrides = _overrides(
+        set_,
+        {"link.url": _quoted(connect), "mission.name": _quoted(mission), "mission.duration_s": duration, "seed": seed},
+    )
+    return command(config, [*overrides, *_wind(wind)], run_dir, json)
+
+
+@app.command(epilog=EXIT_CODES.replace("\n", "\n\n"))
+def sim(
+    config: ConfigArgument = None,
+    mission: MissionOption = None,
+    duration: DurationOption = None,
+    seed: SeedOption = None,
+    wind: WindOption = None,
+    latency_ms: LatencyOption = None,
+    jitter_ms: JitterOption = None,
+    loss: LossOption = None,
+    set_: SetOption = None,
+    run_dir: RunDirOption = None,
+    json: JsonOption = False,
+) -> int:
+    """Fly the same agent on the same mock in lockstep: virtual time, deterministic, as fast as the machine can."""
+    from mavquad.cli.sim import sim as command
+
+    overrides = _overrides(
+        set_,
+        {
+            "mission.name": _quoted(mission),
+            "mission.duration_s": duration,
+            "seed": seed,
+            "mock.link.latency_ms": latency_ms,
+            "mock.link.jitter_ms": jitter_ms,
+            "mock.link.loss": loss,
+        },
+    )
+    return command(config, [*overrides, *_wind(wind)], run_dir, json)
+
+
+@app.command(epilog=EXIT_CODES.replace("\n", "\n\n"))
+def replay(
+    log: Annotated[
+        Path, typer.Argument(help="RUN/flight.tlog of a flight of ours, or any other tlog.", show_default=False)
+    ],
+    output: Annotated[
+        Path | None, typer.Option(help="Where the figure of a log of others goes.", show_default=False)
+    ] = None,
+    json: JsonOption = False,
+) -> int:
+    """Replay a flight of ours bit for bit; or survey any other tlog and run the observer over its poses."""
+    from mavquad.cli.replay import replay as command
+
+    return command(log, output, json)
+
+
+def _quoted(text: str | None) -> str | None:
+    return None if text is None else f'"{text}"'
+
+
+def _overrides(own: list[str] | None, options: dict[str, object]) -> list[str]:
+    """An option is a key of the configuration; what --set says of the same key wins."""
+    return [f"{key}={value}" for key, value in options.items() if value is not None] + (own or [])
+
+
+def _wind(wind: str | None) -> list[str]:
+    return [] if wind is None else [f"mock.wind_ned_m_s=[{wind}]"]
+
+
+def main() -> None:
+    """Entry point of the `mavquad` command."""
+    command = typer.main.get_command(app)
+    sys.exit(run(lambda: command.main(prog_name="mavquad", standalone_mode=False)))

@@ -1,0 +1,137 @@
+"""What `fly` and `sim` share: the run folder, what is kept while it flies, and the summary at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from mavquad import __version__
+from mavquad.agent import Agent, Note
+from mavquad.analysis.metrics import error_samples, flight_metrics
+from mavquad.cli.display import summary_table
+from mavquad.cli.outcome import show
+from mavquad.config import Config, default_path, dump, load
+from mavquad.drivers.run_folder import RunFolder, to_json
+from mavquad.drivers.runner import Runner
+from mavquad.errors import EXIT_INTERRUPTED, EXIT_OK
+from mavquad.flight.machine import Phase
+from mavquad.flight_record import TraceRow
+from mavquad.schema import parse_section
+from sitl_mock.config import MockConfig
+
+
+def load_config(path: Path | None, overrides: Iterable[str]) -> tuple[Config, MockConfig]:
+    """The configuration with the mock's table checked and completed.
+
+    Raises:
+        ConfigError: with the full path of the wrong key and what is allowed.
+    """
+    path = path or default_path()
+    config = load(path, overrides)
+    mock = parse_section(MockConfig, config.mock, str(path), "mock")
+    return config.model_copy(update={"mock": mock.model_dump(mode="json")}), mock
+
+
+def default_run_dir(kind: str) -> Path:
+    """A new folder under runs/, named by the time in UTC."""
+    return Path("runs") / f"{datetime.now(UTC):%Y%m%d-%H%M%S-%f}-{kind}"
+
+
+class Flight:
+    """A flight and its run folder, whichever driver flies it."""
+
+    def __init__(self, config: Config, run_dir: Path) -> None:
+        self.config = config
+        self.folder = RunFolder(run_dir, dump(config))
+        self.rows: list[TraceRow] = []
+        self._notes: list[Note] = []
+
+    def collect(self, agent: Agent) -> list[Note]:
+        """Keep what the agent handed out; returns the new lines of its story."""
+        rows, notes = agent.take_trace(), agent.take_notes()
+        self.rows += rows
+        self._notes += notes
+        if rows or notes:
+            self.folder.add(rows, notes, (rows or notes)[-1].stamp_us)
+        return notes
+
+    def finish(
+        self,
+        agent: Agent,
+        runner: Runner,
+        start_us: int,
+        wall_s: float,
+        lateness_us: list[int],
+        extra: dict[str, Any],
+        as_json: bool,
+    ) -> int:
+        """Close the folder, write the summary and the figure, print; returns the exit code."""
+        self.collect(agent)
+        self.folder.close()
+        flight_s = (runner.last_us - start_us) * 1e-6
+        summary = {
+            **self._outcome(agent),
+            **flight_metrics(error_samples(self.rows, (Phase.FLYING.value,))).to_json(),
+            "error_of": "the position that the autopilot estimates, against the reference",
+            "vehicle": agent.status().vehicle,
+            "hover_thrust_norm": agent.hover_thrust_norm,
+            "setpoints_sent": agent.setpoints_sent,
+            "safe_setpoints": agent.safe_setpoints,
+            "flight_s": flight_s,
+            "wall_s": wall_s,
+            "real_time_factor": flight_s / wall_s,
+            "lateness_us": percentiles(lateness_us),
+            "link": {"lost": agent.link.lost, "bad": runner.framer.bad_chunks, "foreign": agent.link.foreign},
+            "old_poses": agent.pose.old,
+            "seed": self.config.seed,
+            "mavquad": __version__,
+            **extra,
+            "run_dir": str(self.folder.path),
+        }
+        self.folder.write_whole("summary.json", to_json(summary))
+        self._draw(summary)
+        if as_json:
+            print(to_json(summary), end="")  # noqa: T201 - the one thing on stdout
+        else:
+            Console().print(summary_table(summary))
+        if agent.error is not None:
+            show(agent.error)
+        return self.exit_code(agent)
+
+    def _outcome(self, agent: Agent) -> dict[str, Any]:
+        completed = agent.done and agent.error is None and not agent.interrupted
+        if agent.error is not None:
+            outcome = agent.error.message
+        elif agent.interrupted:
+            outcome = "interrupted by the operator and landed"
+        else:
+            outcome = "mission complete" if completed else "not finished"
+        return {"completed": completed, "outcome": outcome, "exit_code": self.exit_code(agent)}
+
+    @staticmethod
+    def exit_code(agent: Agent) -> int:
+        """The exit code of a flight."""
+        if agent.error is not None:
+            return agent.error.exit_code
+        return EXIT_INTERRUPTED if agent.interrupted else EXIT_OK
+
+    def _draw(self, summary: dict[str, Any]) -> None:
+        # matplotlib takes half a second to import, and a flight must not wait for it.
+        from mavquad.analysis.figures import flight_figure
+
+        shown = [(note.stamp_us, note.text) for note in self._notes if note.kind in ("guard", "operator")]
+        title = f"{summary['vehicle'] or 'no vehicle'}: {summary['outcome']}"
+        flight_figure(self.rows, shown, self.folder.path / "flight.png", title)
+
+
+def percentiles(values_us: list[int]) -> dict[str, int]:
+    """p50, p99 and max; zeros where there is nothing to measure (virtual time is never late)."""
+    if not values_us:
+        return {"p50": 0, "p99": 0, "max": 0}
+    ordered = sorted(values_us)
+    last = len(ordered) - 1
+    return {"p50": ordered[last // 2], "p99": ordered[round(last * 0.99)], "max": ordered[-1]}

@@ -1,0 +1,78 @@
+"""`mavquad fly`: over UDP, on a vehicle or on a mock of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import signal
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from mavquad.agent import Agent
+from mavquad.cli.display import Display
+from mavquad.cli.flight import Flight, default_run_dir, load_config
+from mavquad.cli.mock_process import start_mock
+from mavquad.config import Config
+from mavquad.drivers.live import Clock, LiveDriver, open_live
+from mavquad.errors import EXIT_INTERRUPTED
+from mavquad.url import MOCK, parse_url
+
+REFRESH_S = 0.1
+
+
+def fly(path: Path | None, overrides: list[str], run_dir: Path | None, as_json: bool) -> int:
+    """Fly; returns the exit code."""
+    config, _ = load_config(path, overrides)
+    run_dir = run_dir or default_run_dir("fly")
+    if config.link.url != MOCK:
+        return asyncio.run(_fly(config, run_dir, as_json))
+    with start_mock(config) as url:
+        config = config.model_copy(update={"link": config.link.model_copy(update={"url": url})})
+        return asyncio.run(_fly(config, run_dir, as_json))
+
+
+async def _fly(config: Config, run_dir: Path, as_json: bool) -> int:
+    clock = Clock()
+    start_us = clock.now_us()
+    started = time.perf_counter()
+    agent = Agent(config, start_us)
+    address = parse_url(config.link.url)
+    flight = Flight(config, run_dir)
+    driver = await open_live(agent, address, clock, start_us, flight.folder)
+    try:
+        with Display(quiet=as_json) as display, _stops_on_signals(driver):
+            while not agent.done:
+                await driver.changed(REFRESH_S)
+                display.update(agent, flight.collect(agent))
+    except Exception:
+        # Our own failure in flight: ask the autopilot to hold, as the firmware would otherwise keep our last torque.
+        for datagram in agent.last_resort():
+            driver.send_raw(datagram)
+        raise
+    finally:
+        driver.close()
+    wall_s = time.perf_counter() - started
+    return flight.finish(agent, driver.runner, start_us, wall_s, driver.lateness_us, {}, as_json)
+
+
+@contextlib.contextmanager
+def _stops_on_signals(driver: LiveDriver) -> Iterator[None]:
+    """Ctrl-C (or SIGTERM) lands; a second one leaves at once, which the vehicle's own failsafe must then handle."""
+    loop = asyncio.get_running_loop()
+    presses = 0
+
+    def stop() -> None:
+        nonlocal presses
+        presses += 1
+        if presses > 1:
+            raise SystemExit(EXIT_INTERRUPTED)
+        driver.command("stop")
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(number, stop)
+    try:
+        yield
+    finally:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            loop.remove_signal_handler(number)

@@ -1,0 +1,95 @@
+"""A configuration: TOML in, validated and frozen; overrides by dotted keys; the complete one out again."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+from pydantic import Field
+
+from mavquad.agent_params import AgentParams
+from mavquad.errors import ConfigError
+from mavquad.schema import parse_section
+
+DEFAULT_NAME = "mock.toml"
+
+
+class Config(AgentParams):
+    """All that a flight can be told: the agent's sections, the seed, and the mock's own table."""
+
+    seed: int = Field(default=1, ge=0, lt=1 << 31)
+    """Seed of everything random in the mock: noise, wander, the link's losses."""
+    mock: dict[str, Any] = Field(default_factory=dict)
+    """The bundled mock autopilot; its keys are the mock's to check."""
+
+
+def default_path() -> Path:
+    """The configuration that comes with the package: in the wheel, or in a source checkout beside it."""
+    package = Path(__file__).resolve().parent
+    inside = package / "configs" / DEFAULT_NAME
+    return inside if inside.exists() else package.parent / "configs" / DEFAULT_NAME
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The tables of a TOML file.
+
+    Raises:
+        ConfigError: the file is missing, cannot be read, or is not TOML.
+    """
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ConfigError(str(path), "", "no such file") from None
+    except OSError as error:
+        raise ConfigError(str(path), "", f"cannot be read ({(error.strerror or str(error)).lower()})") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(str(path), "", f"not a TOML file: {error}") from None
+
+
+def with_overrides(tables: Mapping[str, Any], overrides: Iterable[str]) -> dict[str, Any]:
+    """Tables with `key.path=value` laid over them; a value is read as TOML, or as text where it is none.
+
+    Raises:
+        ConfigError: an override has no '=' or runs through a key that is not a table.
+    """
+    merged = _copied(tables)
+    for override in overrides:
+        key, separator, text = override.partition("=")
+        parts = [part.strip() for part in key.split(".")]
+        if not separator or not all(parts):
+            raise ConfigError("--set", override, "write it as key.path=value, e.g. law.omega0_rad_s=1.2")
+        table = merged
+        for part in parts[:-1]:
+            table = table.setdefault(part, {})
+            if not isinstance(table, dict):
+                raise ConfigError("--set", key, f"{part!r} is a value, not a table")
+        table[parts[-1]] = _toml_value(text.strip())
+    return merged
+
+
+def _copied(tables: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: _copied(value) if isinstance(value, dict) else value for key, value in tables.items()}
+
+
+def _toml_value(text: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def load(path: Path, overrides: Iterable[str] = ()) -> Config:
+    """Read, override and validate a configuration.
+
+    Raises:
+        ConfigError: with the full path of the wrong key and what is allowed.
+    """
+    return parse_section(Config, with_overrides(read_toml(path), overrides), str(path))
+
+
+def dump(config: Config) -> str:
+    """The complete configuration as TOML."""
+    return tomli_w.dumps(config.model_dump(mode="json"))

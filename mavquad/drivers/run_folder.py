@@ -1,0 +1,114 @@
+"""The run folder: everything that a flight leaves behind.
+
+    config.toml    the configuration in force, complete
+    flight.tlog    both directions, as pymavlink and MAVProxy read it
+    events.jsonl   the start, the operator's commands, the end
+    notes.jsonl    the story: phases, the vehicle's texts, guards
+    trace.csv      one row a step of the law
+    summary.json   what was measured
+    flight.png     to be looked at
+
+What streams in during the flight is flushed about once a second, so that a crash of ours loses no more than that;
+what is written at the end appears whole or not at all.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from mavquad.agent import Note
+from mavquad.analysis.trace import TraceWriter
+from mavquad.drivers.replay import OperatorEvent
+from mavquad.errors import RunFolderError
+from mavquad.flight_record import TraceRow
+from mavquad.tlog import TlogWriter
+
+FLUSH_US = 1_000_000
+
+
+class RunFolder:
+    """An open run folder; also the `Recorder` of the flight's `Runner`. Close it when the flight is over."""
+
+    def __init__(self, path: Path, config_text: str) -> None:
+        """Make the folder.
+
+        Raises:
+            RunFolderError: it exists and is not empty, or it cannot be written.
+        """
+        self.path = path
+        self._flushed_us = 0
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            if any(path.iterdir()):
+                raise RunFolderError(str(path), "the run folder is not empty", "choose another with --run-dir")
+            (path / "config.toml").write_text(config_text, encoding="utf-8")
+            self._tlog_stream = (path / "flight.tlog").open("wb")
+            self._events = (path / "events.jsonl").open("w", encoding="utf-8")
+            self._notes = (path / "notes.jsonl").open("w", encoding="utf-8")
+            self._trace_stream = (path / "trace.csv").open("w", encoding="utf-8", newline="")
+        except OSError as error:
+            reason = (error.strerror or str(error)).lower()
+            raise RunFolderError(str(path), f"cannot be written ({reason})", "choose another with --run-dir") from None
+        self._tlog = TlogWriter(self._tlog_stream)
+        self._trace = TraceWriter(self._trace_stream)
+
+    def frame(self, stamp_us: int, frame: bytes, outbound: bool) -> None:
+        """One frame that passed."""
+        self._tlog.write(stamp_us, frame, outbound)
+
+    def event(self, stamp_us: int, name: str) -> None:
+        """One command of the operator."""
+        self._events.write(json.dumps({"stamp_us": stamp_us, "name": name}) + "\n")
+        self._events.flush()
+
+    def add(self, rows: Iterable[TraceRow], notes: Iterable[Note], now_us: int) -> None:
+        """Keep what the agent handed out since the last call."""
+        self._trace.write(rows)
+        for note in notes:
+            self._notes.write(json.dumps(asdict(note)) + "\n")
+        if now_us - self._flushed_us > FLUSH_US:
+            self._flushed_us = now_us
+            for stream in (self._tlog_stream, self._notes, self._trace_stream):
+                stream.flush()
+
+    def write_whole(self, name: str, text: str) -> None:
+        """Write a file so that it appears whole or not at all."""
+        temporary = self.path / f".{name}.part"
+        temporary.write_text(text, encoding="utf-8")
+        temporary.replace(self.path / name)
+
+    def close(self) -> None:
+        """Close the streams."""
+        for stream in (self._tlog_stream, self._events, self._notes, self._trace_stream):
+            stream.close()
+
+
+def read_events(path: Path) -> list[OperatorEvent]:
+    """The events of a run folder.
+
+    Raises:
+        RunFolderError: the file is missing or damaged.
+    """
+    try:
+        lines = (path / "events.jsonl").read_text(encoding="utf-8").splitlines()
+        return [OperatorEvent(**json.loads(line)) for line in lines]
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise RunFolderError(str(path / "events.jsonl"), f"cannot be read ({reason})") from None
+    except (ValueError, TypeError):
+        raise RunFolderError(str(path / "events.jsonl"), "is damaged") from None
+
+
+def read_notes(path: Path) -> list[Note]:
+    """The story of a run folder."""
+    lines = (path / "notes.jsonl").read_text(encoding="utf-8").splitlines()
+    return [Note(**json.loads(line)) for line in lines]
+
+
+def to_json(value: Any) -> str:
+    """JSON as this project writes it: indented, no NaN."""
+    return json.dumps(value, indent=2, allow_nan=False) + "\n"
