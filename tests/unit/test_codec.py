@@ -1,0 +1,152 @@
+"""The codec against pymavlink's own parser, and the framer against every way that a transport cuts a stream."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from mavquad.errors import InternalError
+from mavquad.protocol import codec
+
+FLOATS = st.floats(width=32)
+NAMES = st.binary(max_size=50).map(lambda text: text.replace(b"\0", b"."))
+MESSAGES = st.one_of(
+    st.builds(dialect.MAVLink_attitude_message, st.integers(0, 2**32 - 1), *[FLOATS] * 6),
+    st.builds(dialect.MAVLink_local_position_ned_message, st.integers(0, 2**32 - 1), *[FLOATS] * 6),
+    st.builds(
+        dialect.MAVLink_heartbeat_message, *[st.integers(0, 255)] * 3, st.integers(0, 2**32 - 1), st.just(4), st.just(3)
+    ),
+    st.builds(dialect.MAVLink_statustext_message, st.integers(0, 7), NAMES),
+    st.builds(dialect.MAVLink_timesync_message, *[st.integers(-(2**63), 2**63 - 1)] * 2),
+)
+
+
+def packed(message, kind="v2", sequence=0):
+    """A frame of system 7, component 9: MAVLink 1, 2, or 2 with a signature."""
+    sender = dialect.MAVLink(None, srcSystem=7, srcComponent=9)
+    sender.seq = sequence
+    if kind == "signed":
+        sender.signing.secret_key = bytes(range(32))
+        sender.signing.sign_outgoing = True
+        sender.signing.timestamp = 123456789
+    return bytes(message.pack(sender, force_mavlink1=kind == "v1"))
+
+
+FRAMES = st.builds(packed, MESSAGES, st.sampled_from(["v1", "v2", "signed"]), st.integers(0, 255))
+HEARTBEAT = packed(dialect.MAVLink_heartbeat_message(2, 12, 81, 0, 4, 3))
+ATTITUDE = packed(dialect.MAVLink_attitude_message(1, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6))
+
+
+def fields(message):
+    """Name and values, where NaN equals NaN and 0.0 is not -0.0."""
+    return message.get_type(), repr([getattr(message, name) for name in message.get_fieldnames()])
+
+
+@given(FRAMES)
+def test_decoded_values_are_those_of_pymavlinks_stream_parser(frame):
+    [theirs] = dialect.MAVLink(None).parse_buffer(frame)
+    assert fields(codec.decode(frame)) == fields(theirs)
+
+
+@pytest.mark.parametrize("kind", ["v1", "v2", "signed"])
+def test_header_fields(kind):
+    frame = packed(dialect.MAVLink_attitude_message(1, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6), kind, sequence=201)
+    assert codec.frame_length(frame, 0) == len(frame)
+    assert codec.frame_source(frame) == (7, 9)
+    assert codec.frame_sequence(frame) == 201
+    assert codec.message_id(frame) == 30
+    assert codec.is_valid(frame)
+
+
+def test_message_id_of_three_bytes():
+    frame = packed(dialect.MAVLink_cubepilot_firmware_update_start_message(1, 2, 3, 4))
+    assert codec.message_id(frame) == 50004
+
+
+@given(FRAMES, st.data())
+def test_one_flipped_bit_is_noticed_or_changes_the_length(frame, data):
+    body = len(frame) - 13 if frame[0] == codec.MAGIC_V2 and frame[2] else len(frame)
+    position = data.draw(st.integers(1, body - 1))
+    damaged = bytearray(frame)
+    damaged[position] ^= 1 << data.draw(st.integers(0, 7))
+    assert codec.frame_length(damaged, 0) != len(frame) or not codec.is_valid(bytes(damaged))
+
+
+def test_an_incompatible_flag_other_than_signed_starts_no_frame():
+    assert codec.frame_length(bytes((codec.MAGIC_V2, 9, 0x02)), 0) == -1
+
+
+def test_too_short_to_tell():
+    assert codec.frame_length(bytes((codec.MAGIC_V2, 9)), 0) == 0
+    assert codec.frame_length(bytes((codec.MAGIC_V1,)), 0) == 0
+
+
+def test_decode_refuses_an_invalid_frame():
+    with pytest.raises(InternalError, match="invalid frame"):
+        codec.decode(HEARTBEAT[:-1] + bytes((HEARTBEAT[-1] ^ 1,)))
+
+
+@given(st.lists(FRAMES, max_size=6), st.data())
+def test_a_stream_cut_anywhere_gives_the_same_frames(frames, data):
+    stream = b"".join(frames)
+    cuts = sorted(data.draw(st.lists(st.integers(0, len(stream)), max_size=8)))
+    framer = codec.Framer()
+    pieces = [stream[a:b] for a, b in zip([0, *cuts], [*cuts, len(stream)], strict=True)]
+    assert [frame for piece in pieces for frame in framer.push(piece)] == frames
+    assert framer.bad_bytes == 0
+    assert framer.bad_chunks == 0
+
+
+@given(st.lists(st.tuples(st.binary(max_size=30), FRAMES), min_size=1, max_size=5))
+def test_garbage_between_frames_costs_no_frame(pairs):
+    framer = codec.Framer()
+    found = framer.push(b"".join(garbage + frame for garbage, frame in pairs))
+    found += framer.push(bytes(300))
+    assert found == [frame for _, frame in pairs]
+    assert framer.bad_bytes == sum(len(garbage) for garbage, _ in pairs) + 300
+
+
+@given(FRAMES, FRAMES, FRAMES, st.data())
+def test_a_truncated_datagram_does_not_delay_whole_ones(first, second, third, data):
+    kept = data.draw(st.integers(1, len(first) - 1))
+    framer = codec.Framer()
+    assert framer.push(first[:kept]) == []
+    assert framer.push(second) == [second]
+    assert framer.push(third) == [third]
+    assert framer.bad_bytes == kept
+    assert framer.bad_chunks == 1
+
+
+def test_every_byte_alone():
+    framer = codec.Framer()
+    stream = HEARTBEAT + ATTITUDE
+    found = [framer.push(stream[i : i + 1]) for i in range(len(stream))]
+    assert found[len(HEARTBEAT) - 1] == [HEARTBEAT]
+    assert found[-1] == [ATTITUDE]
+    assert sum(map(len, found)) == 2
+
+
+def test_bad_chunks_counts_chunks_not_bytes():
+    framer = codec.Framer()
+    framer.push(b"\x00\x00\x00" + HEARTBEAT + b"\x00")
+    framer.push(HEARTBEAT)
+    framer.push(b"\x01")
+    assert (framer.bad_bytes, framer.bad_chunks) == (5, 2)
+
+
+def test_empty_chunk():
+    framer = codec.Framer()
+    assert framer.push(b"") == []
+    framer.push(HEARTBEAT[:5])
+    assert framer.push(b"") == []
+    assert framer.push(HEARTBEAT[5:]) == [HEARTBEAT]
+
+
+def test_encoder_counts_its_sequence_round_and_names_its_sender():
+    encoder = codec.Encoder(245, 191)
+    frames = [encoder.encode(dialect.MAVLink_heartbeat_message(18, 8, 0, 0, 4, 3)) for _ in range(257)]
+    assert [codec.frame_sequence(frame) for frame in frames] == [*range(256), 0]
+    assert {codec.frame_source(frame) for frame in frames} == {(245, 191)}
+    assert all(frame[0] == codec.MAGIC_V2 and codec.is_valid(frame) for frame in frames)
