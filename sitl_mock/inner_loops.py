@@ -7,7 +7,7 @@ its own level. Pure functions over `LoopState`; gains of PX4 1.13 (MPC_*, MC_*) 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from sitl_mock.geometry import ZERO3, Quaternion, Vec3, conjugate, from_euler, multiply, normalised, yaw_of
 from sitl_mock.sensors import Estimate
@@ -87,7 +87,7 @@ def step(
     if isinstance(setpoint, PositionSetpoint):
         setpoint, state = position_loop(gains, state, setpoint, estimate, dt_s)
     if isinstance(setpoint, AttitudeSetpoint):
-        state = replace(state, attitude_target=setpoint.quaternion)
+        state = LoopState(state.velocity_integral_m_s2, state.rate_integral_norm, setpoint.quaternion)
         setpoint = attitude_loop(gains, setpoint, estimate)
     if isinstance(setpoint, RatesSetpoint):
         return rate_loop(gains, state, setpoint, estimate, dt_s)
@@ -111,7 +111,7 @@ def position_loop(
         demanded[i] = setpoint.acceleration_ned_m_s2[i] + gains.velocity_p[i] * error + integral[i]
     yaw_rad = yaw_of(estimate.quaternion) if setpoint.yaw_rad is None else setpoint.yaw_rad
     attitude = attitude_for(gains, (demanded[0], demanded[1], demanded[2]), yaw_rad)
-    return attitude, replace(state, velocity_integral_m_s2=(integral[0], integral[1], integral[2]))
+    return attitude, LoopState((integral[0], integral[1], integral[2]), state.rate_integral_norm)
 
 
 def attitude_for(gains: Gains, acceleration_ned_m_s2: Vec3, yaw_rad: float) -> AttitudeSetpoint:
@@ -161,13 +161,14 @@ def rate_loop(
         total = state.rate_integral_norm[i] + gains.rate_i[i] * error * dt_s
         integral[i] = _limited(total, gains.rate_integral_max_norm)
         torque[i] = _limited(gains.rate_p[i] * error + integral[i], 1.0)
-    after = replace(
-        state,
-        rate_integral_norm=(integral[0], integral[1], integral[2]),
-        rates_target_rad_s=(targets[0], targets[1], targets[2]),
+    after = LoopState(
+        state.velocity_integral_m_s2,
+        (integral[0], integral[1], integral[2]),
+        state.attitude_target,
+        (targets[0], targets[1], targets[2]),
     )
     return TorqueSetpoint((torque[0], torque[1], torque[2]), setpoint.thrust_norm), after
 
 
 def _limited(value: float, limit: float) -> float:
-    return max(-limit, min(limit, value))
+    return -limit if value < -limit else limit if value > limit else value

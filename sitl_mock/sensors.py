@@ -14,7 +14,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from sitl_mock.config import SensorsConfig
-from sitl_mock.geometry import Quaternion, Vec3, from_euler, normalised, to_euler
+from sitl_mock.geometry import ZERO3, Quaternion, Vec3, from_euler, normalised, to_euler
 from sitl_mock.plant import VehicleState
 
 
@@ -31,7 +31,7 @@ class Estimate:
 
 
 class Estimator:
-    """Turns the truth of each tick into an `Estimate`; draws from its own seeded generator, the same number each tick."""
+    """Turns the truth of each tick into an `Estimate`; draws from its own seeded generator."""
 
     def __init__(self, config: SensorsConfig, seed: int) -> None:
         self._config = config
@@ -58,6 +58,8 @@ class Estimator:
         )
 
     def _white(self, sd: float) -> Vec3:
+        if sd == 0.0:
+            return ZERO3
         gauss = self._random.gauss
         return (gauss(0.0, sd), gauss(0.0, sd), gauss(0.0, sd))
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from mavquad.protocol.codec import Encoder, Message, mavlink
 from sitl_mock import inner_loops
 from sitl_mock.config import MockConfig
@@ -94,7 +92,7 @@ class Px4:
             self._motors = (0.0, 0.0, 0.0, 0.0)
             return self._motors
         if truth.on_ground:
-            self._loops = replace(self._loops, velocity_integral_m_s2=ZERO3, rate_integral_norm=ZERO3)
+            self._loops = inner_loops.LoopState(attitude_target=self._loops.attitude_target)
         setpoint = self.commander.setpoint(estimate, truth.on_ground, boot_us, dt_s)
         self._controls, self._loops = inner_loops.step(self._gains, self._loops, setpoint, estimate, dt_s)
         self._motors = mix(*self._controls.torque_frd_norm, self._controls.thrust_norm)
