@@ -43,7 +43,7 @@ JitterOption = Annotated[float | None, typer.Option(help="Largest further delay,
 LossOption = Annotated[float | None, typer.Option(help="Share of frames lost, each way, 0 to 1.", show_default=False)]
 
 
-@app.command(epilog=EXIT_CODES.replace("\n", "\n\n"))
+@app.command(epilog="Exit codes: see mavquad --help.")
 def fly(
     config: ConfigArgument = None,
     connect: ConnectOption = None,
@@ -65,7 +65,7 @@ def fly(
     return command(config, [*overrides, *_wind(wind)], run_dir, json)
 
 
-@app.command(epilog=EXIT_CODES.replace("\n", "\n\n"))
+@app.command(epilog="Exit codes: see mavquad --help.")
 def sim(
     config: ConfigArgument = None,
     mission: MissionOption = None,
@@ -96,7 +96,7 @@ def sim(
     return command(config, [*overrides, *_wind(wind)], run_dir, json)
 
 
-@app.command(epilog=EXIT_CODES.replace("\n", "\n\n"))
+@app.command(epilog="Exit codes: see mavquad --help.")
 def replay(
     log: Annotated[
         Path, typer.Argument(help="RUN/flight.tlog of a flight of ours, or any other tlog.", show_default=False)
