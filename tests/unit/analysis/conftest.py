@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import io
 import math
 import random
 
 import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from mavquad.flight_record import TraceRow
+from mavquad.tlog import TlogWriter, scan
 
 
 def _trace(seconds: float, rate_hz: int = 100, seed: int = 1) -> list[TraceRow]:
@@ -47,3 +50,39 @@ def _row(t: float, noise: random.Random) -> TraceRow:
 def make_trace():
     """`make_trace(seconds)`: the rows of a synthetic flight."""
     return _trace
+
+
+T0_US = 1_700_000_000_000_000
+
+
+class LogBuilder:
+    """Writes a log message by message; times are seconds since it began."""
+
+    def __init__(self) -> None:
+        self._stream = io.BytesIO()
+        self._writer = TlogWriter(self._stream)
+
+    def add(self, t_s: float, message, sender=(1, 1), version=2) -> None:
+        mav = dialect.MAVLink(None, srcSystem=sender[0], srcComponent=sender[1])
+        frame = bytes(message.pack(mav, force_mavlink1=version == 1))
+        self._writer.write(T0_US + round(t_s * 1e6) // 4 * 4, frame, outbound=False)
+
+    def heartbeat(self, t_s: float, armed=False, sender=(1, 1), vehicle_type=2, autopilot=12, version=2) -> None:
+        self.add(t_s, dialect.MAVLink_heartbeat_message(vehicle_type, autopilot, armed * 128, 0, 4, 3), sender, version)
+
+    def local(self, t_s: float, position_ned, velocity_ned, boot_s=None, sender=(1, 1)) -> None:
+        boot_ms = round((t_s if boot_s is None else boot_s) * 1000)
+        self.add(t_s, dialect.MAVLink_local_position_ned_message(boot_ms, *position_ned, *velocity_ned), sender)
+
+    def attitude(self, t_s: float, roll, pitch, yaw, rates=(0.0, 0.0, 0.0), boot_s=None) -> None:
+        boot_ms = round((t_s if boot_s is None else boot_s) * 1000)
+        self.add(t_s, dialect.MAVLink_attitude_message(boot_ms, roll, pitch, yaw, *rates))
+
+    def contents(self):
+        return scan(self._stream.getvalue())
+
+
+@pytest.fixture
+def log():
+    """An empty log to write into."""
+    return LogBuilder()
