@@ -88,11 +88,13 @@ class Agent:
         self._now_us = floor_to_grid_us(start_us)
         self._outbox: list[bytes] = []
         self._encoder = Encoder(params.link.system_id, params.link.component_id)
+        self._silence_us = grid_us(params.link.heartbeat_timeout_s)
         self._heartbeat_us = self._now_us if params.link.speaks_first else NEVER_US
         self._exchange = CommandExchange()
         self._queue: list[Command] = []
         self._parameters = ParamReader()
         self._phase_us = self._now_us
+        self._phase_limit_us = self._limit_us(Phase.CONNECTING)
         self._ground_m = 0.0
         self._settled_us = NEVER_US
         self._mode: px4.Mode | None = None
@@ -139,7 +141,7 @@ class Agent:
             self._heartbeat_us,
             self._exchange.next_deadline_us(),
             self._parameters.next_deadline_us(),
-            self._phase_limit_us(),
+            self._phase_limit_us,
             self._lost_us(),
             self.pose.stale_deadline_us() if self._law_on else NEVER_US,
         )
@@ -158,7 +160,7 @@ class Agent:
             self._trip(self.pose.stale(now_us))
         if self.link.vehicle is not None:
             self._repeat_requests(self.link.vehicle, now_us)
-        if now_us >= self._phase_limit_us():
+        if now_us >= self._phase_limit_us:
             self._fire(Event.TIMEOUT, self._timeout_error())
 
     def datagrams_to_send(self) -> list[bytes]:
@@ -271,6 +273,7 @@ class Agent:
             self._note("error", error.message)
         self.phase = phase
         self._phase_us = self._now_us
+        self._phase_limit_us = self._limit_us(phase)
         # A request of the phase before must not be repeated into this one, least of all a mode change.
         self._exchange.cancel()
         self._note("phase", phase.value)
@@ -281,14 +284,14 @@ class Agent:
     def _note(self, kind: str, text: str) -> None:
         self._notes.append(Note(self._now_us, kind, text))
 
-    def _phase_limit_us(self) -> int:
-        limit_s = self._params.flight.limit_s(self.phase)
-        return self._phase_us + grid_us(limit_s) if limit_s else NEVER_US
+    def _limit_us(self, phase: Phase) -> int:
+        limit_s = self._params.flight.limit_s(phase)
+        return self._now_us + grid_us(limit_s) if limit_s else NEVER_US
 
     def _lost_us(self) -> int:
         if self.link.vehicle is None:
             return NEVER_US
-        return self.link.last_heard_us + grid_us(self._params.link.heartbeat_timeout_s)
+        return self.link.last_heard_us + self._silence_us
 
     def _lost_error(self, words: str) -> MavquadError:
         if self.in_flight:
@@ -473,8 +476,9 @@ class Agent:
             self._fire(Event.LANDED)
 
     def _on_statustext(self, message: Message) -> None:
-        self._statustext = message.text
-        self._note("vehicle", message.text)
+        # PX4 1.13 ends its texts with a tab.
+        self._statustext = message.text.strip()
+        self._note("vehicle", self._statustext)
 
     def _on_timesync(self, message: Message) -> None:
         if message.tc1 == 0:

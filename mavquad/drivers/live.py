@@ -11,6 +11,7 @@ import asyncio
 import contextlib
 import time
 from collections.abc import Callable
+from typing import cast
 
 from mavquad.drivers.runner import Recorder, Runner
 from mavquad.endpoint import NEVER_US, Endpoint
@@ -68,8 +69,7 @@ class LiveDriver(asyncio.DatagramProtocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """The socket is open."""
-        assert isinstance(transport, asyncio.DatagramTransport)
-        self._transport = transport
+        self._transport = cast(asyncio.DatagramTransport, transport)
         self._schedule()
 
     def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
