@@ -15,6 +15,23 @@ Firmware = Literal["1.13", "1.16"]
 ModeName = Literal["POSCTL", "OFFBOARD", "AUTO.TAKEOFF", "AUTO.LOITER", "AUTO.LAND", "AUTO.RTL"]
 
 
+StreamName = Literal[
+    "HEARTBEAT",
+    "ATTITUDE",
+    "ATTITUDE_QUATERNION",
+    "LOCAL_POSITION_NED",
+    "GLOBAL_POSITION_INT",
+    "ATTITUDE_TARGET",
+    "SERVO_OUTPUT_RAW",
+    "TIMESYNC",
+    "SYS_STATUS",
+    "EXTENDED_SYS_STATE",
+    "SYSTEM_TIME",
+    "BATTERY_STATUS",
+    "HOME_POSITION",
+]
+
+
 class VehicleConfig(Section):
     """The simulated vehicle; the defaults are those of PX4's SIH quadcopter."""
 
@@ -141,8 +158,8 @@ class StreamStops(Timed):
 
     kind: Literal["stream_stops"]
     """Discriminates the fault."""
-    message: str
-    """Name of the message, e.g. LOCAL_POSITION_NED."""
+    message: StreamName
+    """Name of the message."""
     from_s: NotNegative
     """Start in s."""
     for_s: Positive
