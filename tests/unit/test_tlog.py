@@ -172,7 +172,28 @@ def test_leading_frames_without_a_stamp_get_the_first_that_there_is():
 def test_a_stream_without_stamps_is_read_with_stamp_zero():
     contents = scan(frame_of(1) + frame_of(2, "v1") + frame_of(3, "signed"))
     assert [record.stamp_us for record in contents] == [0, 0, 0]
+    assert contents.bad_ranges == []
+
+
+def test_the_end_of_a_frame_is_not_taken_for_the_stamp_of_the_next():
+    looks_like_a_stamp = frame_of(1, "signed")[:-8] + (T0_US + 400).to_bytes(8, "big")
+    contents = scan(pack_record(T0_US, looks_like_a_stamp, False) + frame_of(2))
+    assert [record.stamp_us for record in contents] == [T0_US, T0_US]
+
+
+def test_a_stamp_that_no_clock_shows_is_the_previous_ones():
+    data = as_bytes(SHORT_LOG[0]) + b"\x7f" + bytes(7) + frame_of(5) + as_bytes(SHORT_LOG[1])
+    contents = scan(data)
+    assert [record.stamp_us for record in contents] == [SHORT_LOG[i].stamp_us for i in (0, 0, 1)]
     assert contents.bad_bytes == 0
+
+
+def test_a_known_message_with_a_wrong_crc_is_damage_also_between_intact_records():
+    damaged = bytearray(as_bytes(SHORT_LOG[1]))
+    damaged[25] ^= 0xFF
+    contents = scan(as_bytes(SHORT_LOG[0]) + damaged + as_bytes(SHORT_LOG[2]))
+    assert list(contents) == [SHORT_LOG[0], SHORT_LOG[2]]
+    assert (contents.unknown_frames, contents.bad_bytes) == (0, len(damaged))
 
 
 def test_the_low_bits_are_the_link():
