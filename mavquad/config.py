@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -49,24 +51,42 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise ConfigError(str(path), "", f"not a TOML file: {error}") from None
 
 
-def with_overrides(tables: Mapping[str, Any], overrides: Iterable[str]) -> dict[str, Any]:
-    """Tables with `key.path=value` laid over them; a value is read as TOML, or as text where it is none.
+@dataclass(frozen=True, slots=True)
+class Override:
+    """A value laid over the file's: `option` is what the user wrote, for the message."""
+
+    key: str
+    text: str
+    option: str = "--set"
+
+
+def parse_override(assignment: str) -> Override:
+    """`key.path=value` as an override.
 
     Raises:
-        ConfigError: an override has no '=' or runs through a key that is not a table.
+        ConfigError: it is not of that form.
+    """
+    key, separator, text = assignment.partition("=")
+    if not separator or not all(part.strip() for part in key.split(".")):
+        raise ConfigError("--set", assignment, "write it as key.path=value, e.g. law.omega0_rad_s=1.2")
+    return Override(key.strip(), text.strip())
+
+
+def with_overrides(tables: Mapping[str, Any], overrides: Iterable[Override]) -> dict[str, Any]:
+    """Tables with the overrides laid over them; a value is read as TOML, or as text where it is none.
+
+    Raises:
+        ConfigError: an override runs through a key that is not a table.
     """
     merged = _copied(tables)
     for override in overrides:
-        key, separator, text = override.partition("=")
-        parts = [part.strip() for part in key.split(".")]
-        if not separator or not all(parts):
-            raise ConfigError("--set", override, "write it as key.path=value, e.g. law.omega0_rad_s=1.2")
+        *parents, name = (part.strip() for part in override.key.split("."))
         table = merged
-        for part in parts[:-1]:
+        for part in parents:
             table = table.setdefault(part, {})
             if not isinstance(table, dict):
-                raise ConfigError("--set", key, f"{part!r} is a value, not a table")
-        table[parts[-1]] = _toml_value(text.strip())
+                raise ConfigError(override.option, override.key, f"{part!r} is a value, not a table")
+        table[name] = _toml_value(override.text)
     return merged
 
 
@@ -81,13 +101,28 @@ def _toml_value(text: str) -> Any:
         return text
 
 
-def load(path: Path, overrides: Iterable[str] = ()) -> Config:
+def load(path: Path, overrides: Sequence[Override] = ()) -> Config:
     """Read, override and validate a configuration.
 
     Raises:
         ConfigError: with the full path of the wrong key and what is allowed.
     """
-    return parse_section(Config, with_overrides(read_toml(path), overrides), str(path))
+    tables = with_overrides(read_toml(path), overrides)
+    with blaming_options(overrides):
+        return parse_section(Config, tables, str(path))
+
+
+@contextmanager
+def blaming_options(overrides: Sequence[Override]) -> Iterator[None]:
+    """Turn an error about a key that came from an option into one that names the option and not the file."""
+    try:
+        yield
+    except ConfigError as error:
+        for override in overrides:
+            if error.key == override.key or error.key.startswith(f"{override.key}."):
+                key = error.key if override.option == "--set" else ""
+                raise ConfigError(override.option, key, error.reason, error.hint) from None
+        raise
 
 
 def dump(config: Config) -> str:

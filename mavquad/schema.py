@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import json
 from collections.abc import Mapping
 from typing import Any, TypeVar
@@ -50,8 +51,10 @@ def parse_section(model: type[S], table: Mapping[str, Any], path: str, prefix: s
 
 def _reason(model: type[BaseModel], error: Any) -> str:
     if error["type"] == "extra_forbidden":
-        allowed = ", ".join(_allowed_keys(model, error["loc"][:-1]))
-        return f"unknown key; allowed here: {allowed}"
+        allowed = _allowed_keys(model, error["loc"][:-1])
+        close = difflib.get_close_matches(str(error["loc"][-1]), allowed, n=1)
+        meant = f"did you mean {close[0]}? " if close else ""
+        return f"unknown key; {meant}allowed here: {', '.join(allowed)}"
     reason = str(error["msg"]).removeprefix("Value error, ")
     given = error.get("input")
     return f"{reason} (given: {given!r})" if not isinstance(given, dict) else reason

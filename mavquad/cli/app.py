@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from mavquad.cli.outcome import EXIT_CODES, run
+from mavquad.config import Override, parse_override
+from mavquad.errors import ConfigError
 
 app = typer.Typer(
     name="mavquad",
@@ -58,11 +61,14 @@ def fly(
     """Fly a mission over UDP; without --connect, on a mock autopilot that it starts itself."""
     from mavquad.cli.fly import fly as command
 
-    overrides = _overrides(
-        set_,
-        {"link.url": _quoted(connect), "mission.name": _quoted(mission), "mission.duration_s": duration, "seed": seed},
-    )
-    return command(config, [*overrides, *_wind(wind)], run_dir, json)
+    options = {
+        "--connect": ("link.url", connect),
+        "--mission": ("mission.name", mission),
+        "--duration": ("mission.duration_s", duration),
+        "--seed": ("seed", seed),
+        "--wind": ("mock.wind_ned_m_s", _vector(wind)),
+    }
+    return command(config, _overrides(set_, options), run_dir, json)
 
 
 @app.command(epilog="Exit codes: see mavquad --help.")
@@ -82,18 +88,16 @@ def sim(
     """Fly the same agent on the same mock in lockstep: virtual time, deterministic, as fast as the machine can."""
     from mavquad.cli.sim import sim as command
 
-    overrides = _overrides(
-        set_,
-        {
-            "mission.name": _quoted(mission),
-            "mission.duration_s": duration,
-            "seed": seed,
-            "mock.link.latency_ms": latency_ms,
-            "mock.link.jitter_ms": jitter_ms,
-            "mock.link.loss": loss,
-        },
-    )
-    return command(config, [*overrides, *_wind(wind)], run_dir, json)
+    options = {
+        "--mission": ("mission.name", mission),
+        "--duration": ("mission.duration_s", duration),
+        "--seed": ("seed", seed),
+        "--wind": ("mock.wind_ned_m_s", _vector(wind)),
+        "--latency-ms": ("mock.link.latency_ms", latency_ms),
+        "--jitter-ms": ("mock.link.jitter_ms", jitter_ms),
+        "--loss": ("mock.link.loss", loss),
+    }
+    return command(config, _overrides(set_, options), run_dir, json)
 
 
 @app.command(epilog="Exit codes: see mavquad --help.")
@@ -112,17 +116,21 @@ def replay(
     return command(log, output, json)
 
 
-def _quoted(text: str | None) -> str | None:
-    return None if text is None else f'"{text}"'
+def _overrides(own: list[str] | None, options: Mapping[str, tuple[str, object]]) -> list[Override]:
+    """An option {--name: (key, value)} is a key of the configuration; what --set says of the same key wins."""
+    given = [Override(key, str(value), option) for option, (key, value) in options.items() if value is not None]
+    return given + [parse_override(assignment) for assignment in own or []]
 
 
-def _overrides(own: list[str] | None, options: dict[str, object]) -> list[str]:
-    """An option is a key of the configuration; what --set says of the same key wins."""
-    return [f"{key}={value}" for key, value in options.items() if value is not None] + (own or [])
-
-
-def _wind(wind: str | None) -> list[str]:
-    return [] if wind is None else [f"mock.wind_ned_m_s=[{wind}]"]
+def _vector(wind: str | None) -> str | None:
+    """N,E,D as a TOML array."""
+    if wind is None:
+        return None
+    try:
+        north, east, down = (float(part) for part in wind.split(","))
+    except ValueError:
+        raise ConfigError("--wind", "", f"{wind!r} is not three numbers N,E,D in m/s, e.g. --wind 3,0,0") from None
+    return f"[{north}, {east}, {down}]"
 
 
 def main() -> None:

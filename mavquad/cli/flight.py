@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from mavquad.agent import Agent, Note
 from mavquad.analysis.metrics import error_samples, flight_metrics
 from mavquad.cli.display import summary_table
 from mavquad.cli.outcome import show
-from mavquad.config import Config, default_path, dump, load
+from mavquad.config import Config, Override, blaming_options, default_path, dump, load
 from mavquad.drivers.run_folder import RunFolder, to_json
 from mavquad.drivers.runner import Runner
 from mavquad.errors import EXIT_INTERRUPTED, EXIT_OK
@@ -24,7 +24,7 @@ from mavquad.schema import parse_section
 from sitl_mock.config import MockConfig
 
 
-def load_config(path: Path | None, overrides: Iterable[str]) -> tuple[Config, MockConfig]:
+def load_config(path: Path | None, overrides: Sequence[Override]) -> tuple[Config, MockConfig]:
     """The configuration with the mock's table checked and completed.
 
     Raises:
@@ -32,7 +32,8 @@ def load_config(path: Path | None, overrides: Iterable[str]) -> tuple[Config, Mo
     """
     path = path or default_path()
     config = load(path, overrides)
-    mock = parse_section(MockConfig, config.mock, str(path), "mock")
+    with blaming_options(overrides):
+        mock = parse_section(MockConfig, config.mock, str(path), "mock")
     return config.model_copy(update={"mock": mock.model_dump(mode="json")}), mock
 
 
@@ -96,8 +97,10 @@ class Flight:
         self._draw(summary)
         if as_json:
             print(to_json(summary), end="")  # noqa: T201 - the one thing on stdout
-        else:
+        elif agent.setpoints_sent:
             Console().print(summary_table(summary))
+        else:
+            Console(highlight=False).print(f"run folder: {self.folder.path}", soft_wrap=True)
         if agent.error is not None:
             show(agent.error)
         return self.exit_code(agent)

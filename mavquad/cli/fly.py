@@ -13,15 +13,15 @@ from mavquad.agent import Agent
 from mavquad.cli.display import Display
 from mavquad.cli.flight import Flight, default_run_dir, load_config
 from mavquad.cli.mock_process import start_mock
-from mavquad.config import Config
+from mavquad.config import Config, Override
 from mavquad.drivers.live import Clock, LiveDriver, open_live
-from mavquad.errors import EXIT_INTERRUPTED
+from mavquad.errors import EXIT_INTERRUPTED, EndpointError
 from mavquad.url import MOCK, parse_url
 
 REFRESH_S = 0.1
 
 
-def fly(path: Path | None, overrides: list[str], run_dir: Path | None, as_json: bool) -> int:
+def fly(path: Path | None, overrides: list[Override], run_dir: Path | None, as_json: bool) -> int:
     """Fly; returns the exit code."""
     config, _ = load_config(path, overrides)
     run_dir = run_dir or default_run_dir("fly")
@@ -39,7 +39,11 @@ async def _fly(config: Config, run_dir: Path, as_json: bool) -> int:
     agent = Agent(config, start_us)
     address = parse_url(config.link.url)
     flight = Flight(config, run_dir)
-    driver = await open_live(agent, address, clock, start_us, flight.folder)
+    try:
+        driver = await open_live(agent, address, clock, start_us, flight.folder)
+    except EndpointError:
+        flight.folder.discard()
+        raise
     try:
         with Display(quiet=as_json) as display, _stops_on_signals(driver):
             while not agent.done:

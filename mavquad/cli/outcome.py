@@ -54,6 +54,8 @@ def run(command: Callable[[], object]) -> int:
     except BrokenPipeError:
         return 0
     except Exception as error:  # noqa: BLE001 - the last net: everything ends as a message and a code
+        if type(error).__name__ == "NoArgsIsHelpError":
+            return 2
         if hasattr(error, "format_message"):
             show(InputError(error.format_message(), "see --help"))
             return 2

@@ -7,22 +7,22 @@ import math
 import time
 from pathlib import Path
 
-from sitl_mock.faults import ImpairedLink
-
 from mavquad.agent import Agent
 from mavquad.analysis.metrics import LEFT_OUT_S
 from mavquad.cli.display import Display
 from mavquad.cli.flight import Flight, default_run_dir, load_config
+from mavquad.config import Override
 from mavquad.drivers.lockstep import START_US, Lockstep
 from mavquad.flight.machine import Phase
 from mavquad.frames import ned_from_nwu
 from mavquad.types import Vec3
 from sitl_mock.autopilot import MockAutopilot
+from sitl_mock.faults import ImpairedLink
 
 LIMIT_S = 4 * 3600.0
 
 
-def sim(path: Path | None, overrides: list[str], run_dir: Path | None, as_json: bool) -> int:
+def sim(path: Path | None, overrides: list[Override], run_dir: Path | None, as_json: bool) -> int:
     """Fly in lockstep; returns the exit code."""
     config, mock_config = load_config(path, overrides)
     flight = Flight(config, run_dir or default_run_dir("sim"))

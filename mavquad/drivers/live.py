@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import errno
 import time
 from collections.abc import Callable
 from typing import cast
@@ -194,6 +195,7 @@ async def open_live(
         )
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
-        hint = "another program has this port; stop it or choose another" if local else "check the host and the port"
+        in_use = error.errno == errno.EADDRINUSE
+        hint = "another program has this port; stop it or choose another" if in_use else "check the host and the port"
         raise EndpointError(words, f"cannot be opened ({reason})", hint) from None
     return driver

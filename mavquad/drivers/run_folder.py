@@ -15,6 +15,7 @@ what is written at the end appears whole or not at all.
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
@@ -85,6 +86,11 @@ class RunFolder:
         """Close the streams."""
         for stream in (self._tlog_stream, self._events, self._notes, self._trace_stream):
             stream.close()
+
+    def discard(self) -> None:
+        """Remove the folder again: nothing came of the flight."""
+        self.close()
+        shutil.rmtree(self.path)
 
 
 def read_events(path: Path) -> list[OperatorEvent]:
