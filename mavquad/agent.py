@@ -256,6 +256,8 @@ class Agent:
     def _repeat_requests(self, target: tuple[int, int], now_us: int) -> None:
         for message in self._parameters.on_deadline(target, now_us):
             self._send(message)
+        # Giving up on a name that the vehicle does not know is an end too.
+        self._check_identity()
         repeated = self._exchange.on_deadline(target, now_us)
         if repeated is Reply.TIMEOUT:
             self._on_reply(Reply.TIMEOUT)
