@@ -32,6 +32,7 @@ SETPOINTS_BEFORE_OFFBOARD = 20
 HOVER_SPEED_M_S = 0.4
 DISARM_PATIENCE_US = 5_000_000
 PARAMETERS = ("MPC_THR_HOVER", "MIS_TAKEOFF_ALT", "COM_RCL_EXCEPT", "COM_OF_LOSS_T")
+VERSION_REQUESTS = 5
 PREARM_OK = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK
 
 # Modes that are ours to expect in each phase; a change to any other one is the pilot's or a failsafe's.
@@ -92,6 +93,7 @@ class Agent:
         self._heartbeat_us = self._now_us if params.link.speaks_first else NEVER_US
         self._exchange = CommandExchange()
         self._queue: list[Command] = []
+        self._version_requests = 0
         self._parameters = ParamReader()
         self._phase_us = self._now_us
         self._phase_limit_us = self._limit_us(Phase.CONNECTING)
@@ -249,9 +251,16 @@ class Agent:
     def _request_next(self) -> None:
         if self._queue:
             self._request(self._queue.pop(0))
-        elif self.phase is Phase.IDENTIFYING:
+        elif self.version == (0, 0, 0) and self._version_requests < VERSION_REQUESTS:
+            # An ACK came for it, and the message itself was lost.
+            self._request_version()
+        else:
             self._exchange.cancel()
             self._check_identity()
+
+    def _request_version(self) -> None:
+        self._version_requests += 1
+        self._request(commands.request_message("AUTOPILOT_VERSION", mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION))
 
     def _repeat_requests(self, target: tuple[int, int], now_us: int) -> None:
         for message in self._parameters.on_deadline(target, now_us):
@@ -317,11 +326,8 @@ class Agent:
         assert self.link.vehicle is not None
         for message in self._parameters.request(PARAMETERS, self.link.vehicle, self._now_us):
             self._send(message)
-        self._queue = [
-            commands.request_message("AUTOPILOT_VERSION", mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION),
-            *requests(self._params.streams),
-        ]
-        self._request_next()
+        self._queue = requests(self._params.streams)
+        self._request_version()
 
     def _check_identity(self) -> None:
         if self.phase is not Phase.IDENTIFYING or self._queue or self._exchange.pending or not self._parameters.done:
