@@ -430,6 +430,8 @@ class Agent:
             self._fire(Event.RELEASED)
 
     def _on_disarmed(self) -> None:
+        if self.phase is Phase.DISARMING and self._exchange.pending:
+            return  # this heartbeat may be from before an arming that we did not hear of
         ended = None
         if self.phase in IN_FLIGHT and self.phase is not Phase.LANDING:
             ended = FlightEnded(f"the vehicle disarmed while {self.phase.value}" + self._says(), "look at its own log")
