@@ -125,7 +125,7 @@ class Agent:
     def receive(self, data: bytes, now_us: int) -> None:
         """Take in one frame. Frames of others than the vehicle are counted and ignored."""
         self._now_us = now_us
-        if self._heartbeat_us == NEVER_US:
+        if self._heartbeat_us == NEVER_US and not self.done:
             self._heartbeat_us = now_us + HEARTBEAT_US
             self._send(heartbeat())
         message = self.link.accept(data, now_us)
