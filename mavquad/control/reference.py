@@ -37,9 +37,9 @@ class ReferenceParams(Section):
     """Largest speed of the reference between two poses, m/s."""
     acceleration_max_m_s2: float = Field(default=1.2, gt=0.0, le=15.0)
     """Largest acceleration of the reference, m/s^2."""
-    yaw_rate_max_deg_s: float = Field(default=60.0, gt=0.0, le=360.0)
+    yaw_rate_max_deg_s: float = Field(default=45.0, gt=0.0, le=360.0)
     """Largest yaw rate of the reference, deg/s."""
-    yaw_acceleration_max_deg_s2: float = Field(default=60.0, gt=0.0, le=1000.0)
+    yaw_acceleration_max_deg_s2: float = Field(default=45.0, gt=0.0, le=1000.0)
     """Largest yaw acceleration of the reference, deg/s^2. A quadcopter's yaw is weak."""
     duration_min_s: float = Field(default=1.0, ge=0.1, le=60.0)
     """No leg is shorter than this, s."""
