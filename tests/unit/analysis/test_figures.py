@@ -71,6 +71,7 @@ def test_phases_events_limits_and_metrics_are_named(monkeypatch, make_trace):
         texts
     )
     assert "long before" not in texts
+    assert "σ (m/s⁴;\nyaw rad/s⁴)" in texts
 
 
 def test_without_limits_it_says_so(monkeypatch, make_trace):
@@ -133,6 +134,12 @@ def test_a_log_with_nothing(tmp_path):
     contents = scan(b"")
     survey_figure(survey(contents), shadow(contents, (1, 1)), tmp_path / "replay.png", "nothing")
     assert (tmp_path / "replay.png").exists()
+
+
+def test_a_log_of_one_frame(log, tmp_path):
+    log.heartbeat(0)
+    survey_figure(survey(log.contents()), None, tmp_path / "replay.png", "one frame")
+    assert pixels_of(tmp_path / "replay.png", canvas.SKY) == 0
 
 
 def test_matplotlib_is_not_imported_before_a_figure_is_drawn():
