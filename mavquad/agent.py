@@ -33,6 +33,7 @@ HOVER_SPEED_M_S = 0.4
 DISARM_PATIENCE_US = 5_000_000
 PARAMETERS = ("MPC_THR_HOVER", "MIS_TAKEOFF_ALT", "COM_RCL_EXCEPT", "COM_OF_LOSS_T")
 VERSION_REQUESTS = 5
+REASON_US = 250_000
 PREARM_OK = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK
 
 # Modes that are ours to expect in each phase; a change to any other one is the pilot's or a failsafe's.
@@ -94,6 +95,8 @@ class Agent:
         self._exchange = CommandExchange()
         self._queue: list[Command] = []
         self._version_requests = 0
+        self._refusal: tuple[Command, str] | None = None
+        self._refusal_us = NEVER_US
         self._parameters = ParamReader()
         self._phase_us = self._now_us
         self._phase_limit_us = self._limit_us(Phase.CONNECTING)
@@ -145,6 +148,7 @@ class Agent:
             self._parameters.next_deadline_us(),
             self._phase_limit_us,
             self._lost_us(),
+            self._refusal_us,
             self.pose.stale_deadline_us() if self._law_on else NEVER_US,
         )
 
@@ -162,6 +166,8 @@ class Agent:
             self._trip(self.pose.stale(now_us))
         if self.link.vehicle is not None:
             self._repeat_requests(self.link.vehicle, now_us)
+        if now_us >= self._refusal_us:
+            self._conclude_refusal()
         if now_us >= self._phase_limit_us:
             self._fire(Event.TIMEOUT, self._timeout_error())
 
@@ -287,6 +293,7 @@ class Agent:
         self._phase_limit_us = self._limit_us(phase)
         # A request of the phase before must not be repeated into this one, least of all a mode change.
         self._exchange.cancel()
+        self._refusal, self._refusal_us = None, NEVER_US
         self._note("phase", phase.value)
         action = self._ENTER.get(phase)
         if action is not None:
@@ -458,11 +465,26 @@ class Agent:
             error = VehicleTimeout(command.words, self._exchange.tries, waited_s, self._statustext)
             self._fire(Event.TIMEOUT, error)
         elif reply is Reply.REFUSED:
-            hint = _REFUSED_HINTS.get(command.command_id, "")
-            self._fire(Event.REFUSED, VehicleRefused(command.words, self._exchange.result, self._statustext, hint))
+            self._on_refusal(command)
         elif self.phase is Phase.ENGAGING and command.words.endswith(px4.OFFBOARD.name):
             # Most likely our setpoints act from here on; HEARTBEAT says so up to a second later.
             self._law.in_control = True
+
+    def _on_refusal(self, command: Command) -> None:
+        """PX4 sends the text that says why right behind the ACK: wait for it, unless there is a vehicle to bring down."""
+        if self._refusal is None:
+            self._refusal = command, self._exchange.result
+            waits = self.phase in (Phase.ARMING, Phase.TAKING_OFF, Phase.ENGAGING)
+            self._refusal_us = self._now_us + (REASON_US if waits else 0)
+        if self._now_us >= self._refusal_us:
+            self._conclude_refusal()
+
+    def _conclude_refusal(self) -> None:
+        assert self._refusal is not None
+        command, result = self._refusal
+        self._refusal, self._refusal_us = None, NEVER_US
+        hint = _REFUSED_HINTS.get(command.command_id, "")
+        self._fire(Event.REFUSED, VehicleRefused(command.words, result, self._statustext, hint))
 
     def _on_param(self, message: Message) -> None:
         self._parameters.on_value(message)
