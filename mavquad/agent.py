@@ -559,7 +559,8 @@ class Agent:
     def _watch_takeoff(self, position: Position) -> None:
         """The takeoff is over when the autopilot holds its position and has done so for a while."""
         speed_m_s = sum(v * v for v in position.velocity_nwu_m_s) ** 0.5
-        if self._mode != px4.LOITER or speed_m_s > HOVER_SPEED_M_S:
+        fresh = self.pose.stale(self._now_us) is None
+        if self._mode != px4.LOITER or speed_m_s > HOVER_SPEED_M_S or not fresh:
             self._settled_us = NEVER_US
             self._hover.restart()
         elif self._settled_us == NEVER_US:
