@@ -45,7 +45,7 @@ def run(
 ) -> None:
     """Run a mock PX4 with a simulated quadcopter; without options it behaves as PX4 SITL on ports 14580 and 14540."""
     mock = load_config(config, wind, firmware)
-    address, speak_to = _addresses(listen, send)
+    address, speak_to = addresses(listen, send)
     asyncio.run(_serve(mock, seed, address, speak_to, announce))
 
 
@@ -86,7 +86,12 @@ def _three_numbers(text: str) -> list[float]:
     return numbers
 
 
-def _addresses(listen: str, send: str) -> tuple[Address, Address | None]:
+def addresses(listen: str, send: str) -> tuple[Address, Address | None]:
+    """(the socket's address, the peer to speak to at once); without options those of PX4.
+
+    Raises:
+        InputError: both options are given, or one of the wrong kind.
+    """
     if listen and send:
         raise InputError("--listen and --send exclude each other", "give one of them, or neither")
     if listen or send:

@@ -1,7 +1,8 @@
 """The autopilot's own cascade: position P, velocity PI, attitude P, body-rate PI; after PX4's multicopter controllers.
 
 NED and FRD; thrust and torques normalised as PX4 does (thrust 0..1, torque -1..1). A setpoint enters the cascade at
-its own level. Pure functions over `LoopState`; gains of PX4 1.13 (MPC_*, MC_*) without the derivative terms.
+its own level. Pure functions over `LoopState`; gains of PX4 1.13 (MPC_*, MC_*) without the
+derivative terms; the rate gains are chosen so that a step of the rates is answered as was recorded.
 """
 
 from __future__ import annotations
@@ -60,8 +61,8 @@ class Gains:
     velocity_p: Vec3 = (1.8, 1.8, 4.0)
     velocity_i: Vec3 = (0.4, 0.4, 2.0)
     attitude_p: Vec3 = (6.5, 6.5, 2.0)
-    rate_p: Vec3 = (0.15, 0.15, 0.2)
-    rate_i: Vec3 = (0.2, 0.2, 0.1)
+    rate_p: Vec3 = (0.12, 0.12, 0.2)
+    rate_i: Vec3 = (0.1, 0.1, 0.1)
     rate_integral_max_norm: float = 0.3
     speed_max_m_s: Vec3 = (5.0, 5.0, 1.5)
     integral_max_m_s2: Vec3 = (15.0, 15.0, 5.0)
