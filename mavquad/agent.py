@@ -31,6 +31,8 @@ HEARTBEAT_US = 1_000_000
 SETPOINTS_BEFORE_OFFBOARD = 20
 HOVER_SPEED_M_S = 0.4
 DISARM_PATIENCE_US = 5_000_000
+TEXT_GRACE_US = 300_000
+TEXT_MATTERS_US = 3_000_000
 PARAMETERS = ("MPC_THR_HOVER", "MIS_TAKEOFF_ALT", "COM_RCL_EXCEPT", "COM_OF_LOSS_T")
 VERSION_REQUESTS = 5
 REASON_US = 250_000
@@ -108,6 +110,8 @@ class Agent:
         self._on_ground_us = NEVER_US
         self._law_on = False
         self._statustext = ""
+        self._statustext_us = 0
+        self._refusal_us = NEVER_US
         self._notes: list[Note] = []
         self._trace: list[TraceRow] = []
         self._last_row: TraceRow | None = None
@@ -147,6 +151,7 @@ class Agent:
             self._exchange.next_deadline_us(),
             self._parameters.next_deadline_us(),
             self._phase_limit_us,
+            self._refusal_us,
             self._lost_us(),
             self._refusal_us,
             self.pose.stale_deadline_us() if self._law_on else NEVER_US,
@@ -168,6 +173,8 @@ class Agent:
             self._repeat_requests(self.link.vehicle, now_us)
         if now_us >= self._refusal_us:
             self._conclude_refusal()
+        if now_us >= self._refusal_us:
+            self._refuse()
         if now_us >= self._phase_limit_us:
             self._fire(Event.TIMEOUT, self._timeout_error())
 
@@ -314,7 +321,7 @@ class Agent:
     def _lost_error(self, words: str) -> MavquadError:
         if self.in_flight:
             return FlightEnded(f"lost in flight: {words}", "check the link, and that the autopilot still runs")
-        return VehicleTimeout("HEARTBEAT", 1, self._params.link.heartbeat_timeout_s, self._statustext)
+        return VehicleTimeout("HEARTBEAT", 1, self._params.link.heartbeat_timeout_s)
 
     def _timeout_error(self) -> MavquadError:
         waited_s = (self._now_us - self._phase_us) * 1e-6
@@ -322,12 +329,12 @@ class Agent:
         if self.phase is Phase.ENGAGING:
             mode = self._mode.name if self._mode else "unknown"
             result = f"acknowledged {self._exchange.result}" if self._exchange.result else "no ACK"
-            return VehicleRefused("mode OFFBOARD", f"{result}, but HEARTBEAT stays in {mode}", self._statustext, hint)
+            return VehicleRefused("mode OFFBOARD", f"{result}, but HEARTBEAT stays in {mode}", self._said(), hint)
         if self.phase is Phase.WAITING:
             words = f"{words}: {self._not_ready()}"
         elif self.phase is Phase.IDENTIFYING and self._exchange.command is not None:
             words = f"{words}: {self._exchange.command.words}"
-        return VehicleTimeout(words, self._exchange.tries, waited_s, self._statustext, hint)
+        return VehicleTimeout(words, self._exchange.tries, waited_s, self._said(), hint)
 
     def _enter_identifying(self) -> None:
         assert self.link.vehicle is not None
@@ -423,8 +430,7 @@ class Agent:
 
     def _taken_over_error(self, mode: px4.Mode) -> FlightEnded:
         return FlightEnded(
-            f"the pilot or a failsafe took over: mode {mode.name} while {self.phase.value}"
-            + (f'; the vehicle says: "{self._statustext}"' if self._statustext else ""),
+            f"the pilot or a failsafe took over: mode {mode.name} while {self.phase.value}" + self._says(),
             "the vehicle is in its own or its pilot's hands; nothing was sent to it after that",
         )
 
@@ -444,8 +450,14 @@ class Agent:
             ended = FlightEnded(f"the vehicle disarmed while {self.phase.value}" + self._says(), "look at its own log")
         self._fire(Event.DISARMED, ended)
 
+    def _said(self) -> str:
+        """The vehicle's last text, if it can have to do with what happens now."""
+        since_us = min(self._phase_us, self._now_us - TEXT_MATTERS_US)
+        return self._statustext if self._statustext_us >= since_us else ""
+
     def _says(self) -> str:
-        return f'; the vehicle says: "{self._statustext}"' if self._statustext else ""
+        said = self._said()
+        return f'; the vehicle says: "{said}"' if said else ""
 
     def _on_ack(self, message: Message) -> None:
         own = (0, self._params.link.system_id)
@@ -462,7 +474,7 @@ class Agent:
             self._request_next()
         elif reply is Reply.TIMEOUT:
             waited_s = (self._now_us - self._exchange.requested_us) * 1e-6
-            error = VehicleTimeout(command.words, self._exchange.tries, waited_s, self._statustext)
+            error = VehicleTimeout(command.words, self._exchange.tries, waited_s, self._said())
             self._fire(Event.TIMEOUT, error)
         elif reply is Reply.REFUSED:
             self._on_refusal(command)
@@ -485,6 +497,12 @@ class Agent:
         self._refusal, self._refusal_us = None, NEVER_US
         hint = _REFUSED_HINTS.get(command.command_id, "")
         self._fire(Event.REFUSED, VehicleRefused(command.words, result, self._statustext, hint))
+
+    def _refuse(self) -> None:
+        command = self._exchange.command
+        assert command is not None
+        hint = _REFUSED_HINTS.get(command.command_id, "")
+        self._fire(Event.REFUSED, VehicleRefused(command.words, self._exchange.result, self._said(), hint))
 
     def _on_param(self, message: Message) -> None:
         self._parameters.on_value(message)
@@ -510,6 +528,7 @@ class Agent:
     def _on_statustext(self, message: Message) -> None:
         # PX4 1.13 ends its texts with a tab.
         self._statustext = message.text.strip()
+        self._statustext_us = self._now_us
         self._note("vehicle", self._statustext)
 
     def _on_timesync(self, message: Message) -> None:
