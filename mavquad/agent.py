@@ -5,6 +5,7 @@ It is driven live, in lockstep or in replay; what it sends is a function of its 
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
@@ -33,6 +34,7 @@ HOVER_SPEED_M_S = 0.4
 DISARM_PATIENCE_US = 5_000_000
 TEXT_GRACE_US = 300_000
 TEXT_MATTERS_US = 3_000_000
+TEXTS_KEPT = 3
 PARAMETERS = ("MPC_THR_HOVER", "MIS_TAKEOFF_ALT", "COM_RCL_EXCEPT", "COM_OF_LOSS_T")
 VERSION_REQUESTS = 5
 REASON_US = 250_000
@@ -109,8 +111,7 @@ class Agent:
         self._prearm_ok = False
         self._on_ground_us = NEVER_US
         self._law_on = False
-        self._statustext = ""
-        self._statustext_us = 0
+        self._texts: deque[tuple[int, str]] = deque(maxlen=TEXTS_KEPT)
         self._refusal_us = NEVER_US
         self._notes: list[Note] = []
         self._trace: list[TraceRow] = []
@@ -451,9 +452,9 @@ class Agent:
         self._fire(Event.DISARMED, ended)
 
     def _said(self) -> str:
-        """The vehicle's last text, if it can have to do with what happens now."""
+        """The vehicle's last texts, those that can have to do with what happens now."""
         since_us = min(self._phase_us, self._now_us - TEXT_MATTERS_US)
-        return self._statustext if self._statustext_us >= since_us else ""
+        return "; ".join(text for stamp_us, text in self._texts if stamp_us >= since_us)
 
     def _says(self) -> str:
         said = self._said()
@@ -527,9 +528,9 @@ class Agent:
 
     def _on_statustext(self, message: Message) -> None:
         # PX4 1.13 ends its texts with a tab.
-        self._statustext = message.text.strip()
-        self._statustext_us = self._now_us
-        self._note("vehicle", self._statustext)
+        text = message.text.strip()
+        self._texts.append((self._now_us, text))
+        self._note("vehicle", text)
 
     def _on_timesync(self, message: Message) -> None:
         if message.tc1 == 0:
