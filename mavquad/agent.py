@@ -31,6 +31,7 @@ from mavquad.types import Attitude, Position
 HEARTBEAT_US = 1_000_000
 SETPOINTS_BEFORE_OFFBOARD = 20
 HOVER_SPEED_M_S = 0.4
+LIFTED_M = 0.5
 DISARM_PATIENCE_US = 5_000_000
 TEXT_GRACE_US = 300_000
 TEXT_MATTERS_US = 3_000_000
@@ -579,8 +580,10 @@ class Agent:
     def _watch_takeoff(self, position: Position) -> None:
         """The takeoff is over when the autopilot holds its position and has done so for a while."""
         speed_m_s = sum(v * v for v in position.velocity_nwu_m_s) ** 0.5
+        # HEARTBEAT may still show the hold mode of before the takeoff, on the ground.
+        lifted = position.position_nwu_m[2] - self._ground_m > max(self._params.guards.floor_m, LIFTED_M)
         fresh = self.pose.stale(self._now_us) is None
-        if self._mode != px4.LOITER or speed_m_s > HOVER_SPEED_M_S or not fresh:
+        if self._mode != px4.LOITER or speed_m_s > HOVER_SPEED_M_S or not lifted or not fresh:
             self._settled_us = NEVER_US
             self._hover.restart()
         elif self._settled_us == NEVER_US:
