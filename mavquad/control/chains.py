@@ -105,3 +105,27 @@ def measured(
         replaced(y, Y),
     )
     return estimates, Gain(t, full=True, thrust_m_s2=body.thrust_m_s2, drift=q4(t, body))
+
+
+def with_friction(tune: Tuning, gain: Gain, references: Chains) -> Gain:
+    """The friction that a motion along the reference meets, added to the drift; nothing is fed back by it.
+
+    With x_dd = T theta - a x_d and theta_dd = u - b theta_d, the fourth derivative of x is
+    T u - (a + b) x_ddd - a b x_dd; that of z has a alone, that of yaw b alone.
+    """
+    a, b = tune.friction_1_s, tune.angular_friction_1_s
+    if a == 0.0 and b == 0.0:
+        return gain
+    z, yaw, x, y = references
+    qz, qyaw, qx, qy = gain.drift
+    return Gain(
+        gain.t,
+        gain.full,
+        gain.thrust_m_s2,
+        (
+            qz - a * z[3],
+            qyaw - b * yaw[3],
+            qx - (a + b) * x[3] - a * b * x[2],
+            qy - (a + b) * y[3] - a * b * y[2],
+        ),
+    )

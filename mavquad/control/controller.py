@@ -11,8 +11,8 @@ the measured state, with b4 and q4.
 
 from __future__ import annotations
 
-from mavquad.control.actuation import appended
-from mavquad.control.chains import look_ahead, measured, observed, observed_yaw, rotors_at
+from mavquad.control.actuation import Command, appended
+from mavquad.control.chains import look_ahead, measured, observed, observed_yaw, rotors_at, with_friction
 from mavquad.control.euler import body_acceleration, euler_rates, trig
 from mavquad.control.integrators import Integrator, advanced
 from mavquad.control.inversion import Bounds, Gain, Realised, realise
@@ -69,14 +69,12 @@ def step(
     act_us = position.stamp_us + tune.delay_us
     law_us = act_us + tune.bridge_us
     bounds = _bounds(tune, state.trim_m_s2)
-    ahead = look_ahead(tune, estimates, state.commands, law_us)
-    asked = demand(
-        tune.gammas,
-        _references(reference, (law_us - position.stamp_us) * 1e-6, ahead),
-        ahead,
-        _demand_limits(tune, bounds),
-    )
+    flying = _before(state.commands, act_us)
+    ahead = look_ahead(tune, estimates, flying, law_us)
+    references = _references(reference, (law_us - position.stamp_us) * 1e-6, ahead)
+    asked = demand(tune.gammas, references, ahead, _demand_limits(tune, bounds))
     thrust, yaw = _integrated(state, bounds, act_us)
+    gain = with_friction(tune, gain, references)
     done = realise(gain, asked.w, tune.levels, thrust, yaw, bounds)
     command = TorqueCommand(
         body_acceleration(t, rates, (done.inputs[2], done.inputs[3], yaw.value)), state.trim_m_s2 + thrust.value
@@ -95,6 +93,13 @@ def step(
         stale_attitudes=state.stale_attitudes,
     )
     return StepResult(command, after, trace)
+
+
+def _before(commands: tuple[Command, ...], act_us: int) -> tuple[Command, ...]:
+    """The commands that the new one comes after; it replaces the answer to an earlier look at the same moment."""
+    if commands[-1][0] < act_us:
+        return commands
+    return tuple(command for command in commands if command[0] < act_us) or commands[:1]
 
 
 def _integrated(state: ControllerState, bounds: Bounds, act_us: int) -> tuple[Integrator, Integrator]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from mavquad.control.euler import Trig
 from mavquad.control.integrators import Integrator, allowed_drive
 from mavquad.control.model import GRAVITY_M_S2
-from mavquad.control.normal_form import apply_b0, b4, solve_b0, solve_b4
+from mavquad.control.normal_form import apply_b0, apply_b4, solve_b0, solve_b4
 from mavquad.control.saturation import is_saturated, smooth_saturation
 from mavquad.types import Vec4
 
@@ -17,7 +17,7 @@ _STOPPED = ("thrust", "yaw_input")
 
 @dataclass(frozen=True, slots=True)
 class Gain:
-    """The input gain and drift that the law counts on: b4(0, yaw) and nothing, or b4 and q4 of the measured state."""
+    """The input gain and drift that the law counts on: b4(0, yaw) and no q4, or b4 and q4 of the measured state."""
 
     t: Trig
     full: bool
@@ -56,18 +56,17 @@ def realise(gain: Gain, demanded: Vec4, levels: Vec4, thrust: Integrator, yaw: I
 
 
 def _solve(gain: Gain, w: Vec4) -> Vec4:
-    if not gain.full:
-        return solve_b0(gain.t.s_yaw, gain.t.c_yaw, GRAVITY_M_S2, w)
     q = gain.drift
-    return solve_b4(gain.t, gain.thrust_m_s2, (w[0] - q[0], w[1] - q[1], w[2] - q[2], w[3] - q[3]))
+    remaining = (w[0] - q[0], w[1] - q[1], w[2] - q[2], w[3] - q[3])
+    if not gain.full:
+        return solve_b0(gain.t.s_yaw, gain.t.c_yaw, GRAVITY_M_S2, remaining)
+    return solve_b4(gain.t, gain.thrust_m_s2, remaining)
 
 
 def _apply(gain: Gain, inputs: Vec4) -> Vec4:
-    if not gain.full:
-        return apply_b0(gain.t.s_yaw, gain.t.c_yaw, GRAVITY_M_S2, inputs)
-    a, b, c, d = inputs
-    wz, wyaw, wx, wy = (
-        q + row[0] * a + row[1] * b + row[2] * c + row[3] * d
-        for row, q in zip(b4(gain.t, gain.thrust_m_s2), gain.drift, strict=True)
-    )
-    return (wz, wyaw, wx, wy)
+    q = gain.drift
+    if gain.full:
+        wz, wyaw, wx, wy = apply_b4(gain.t, gain.thrust_m_s2, inputs)
+    else:
+        wz, wyaw, wx, wy = apply_b0(gain.t.s_yaw, gain.t.c_yaw, GRAVITY_M_S2, inputs)
+    return (wz + q[0], wyaw + q[1], wx + q[2], wy + q[3])

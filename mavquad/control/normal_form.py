@@ -90,6 +90,19 @@ def solve_b4(t: Trig, thrust_m_s2: float, demanded: Vec4) -> Vec4:
     return (along[2], wyaw, -along[1] / thrust, along[0] / pitch_gain)
 
 
+def apply_b4(t: Trig, thrust_m_s2: float, inputs: Vec4) -> Vec4:
+    """b4(zeta, yaw) U."""
+    v1, v2, roll, pitch = inputs
+    (r1x, r1y, r1z), (r2x, r2y, r2z), (r3x, r3y, r3z) = columns(t)
+    along1, along2 = thrust_m_s2 * t.c_roll * pitch, -thrust_m_s2 * roll
+    return (
+        v1 * r3z + along1 * r1z + along2 * r2z,
+        v2,
+        v1 * r3x + along1 * r1x + along2 * r2x,
+        v1 * r3y + along1 * r1y + along2 * r2y,
+    )
+
+
 def apply_b0(s_yaw: float, c_yaw: float, gravity_m_s2: float, inputs: Vec4) -> Vec4:
     """b4(0, yaw) U = blkdiag(I2, g [[sin, cos], [-cos, sin]]) U; eq. (5) prints another block, and that one diverges."""
     v1, v2, roll, pitch = inputs

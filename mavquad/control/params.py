@@ -59,16 +59,21 @@ class LawParams(Section):
     """Where the gains gamma come from: "binomial" (Newton), "butterworth", or "poles" (modal)."""
     poles: tuple[tuple[PolePart, PolePart], ...] = ()
     """For polynomial = "poles": four pairs [real, imaginary] in units of omega0, conjugates both listed."""
-    omega0_rad_s: float = Field(default=1.5, gt=0.05, le=20.0)
+    omega0_rad_s: float = Field(default=2.7, gt=0.05, le=20.0)
     """Bandwidth of z, x and y, rad/s."""
-    yaw_omega0_rad_s: float = Field(default=1.5, gt=0.05, le=20.0)
+    yaw_omega0_rad_s: float = Field(default=2.2, gt=0.05, le=20.0)
     """Bandwidth of yaw, rad/s."""
-    kappa_rad_s: float = Field(default=8.0, gt=0.1, le=200.0)
+    kappa_rad_s: float = Field(default=7.5, gt=0.1, le=200.0)
     """Observer gain of z, x and y, rad/s: a noise budget. Above omega0."""
-    yaw_kappa_rad_s: float = Field(default=8.0, gt=0.1, le=200.0)
+    yaw_kappa_rad_s: float = Field(default=7.5, gt=0.1, le=200.0)
     """Observer gain of yaw, rad/s. Above yaw_omega0."""
-    observer_moduli: tuple[Modulus, Modulus, Modulus, Modulus, Modulus] = (1.0, 1.0, 1.0, 1.0, 1.0)
+    observer_moduli: tuple[Modulus, Modulus, Modulus, Modulus, Modulus] = (0.25, 0.5, 1.0, 2.0, 4.0)
     """The eigenvalues of the paper's matrix A are minus these; the observer's poles, minus kappa times these."""
+    friction_1_s: float = Field(default=1.0, ge=0.0, le=5.0)
+    """The paper's a_x = a_y = a_z as far as known, 1/s; here PX4 SIH's. Used along the reference only; 0 leaves it to
+    sigma, as the paper does."""
+    angular_friction_1_s: float = Field(default=0.9, ge=0.0, le=5.0)
+    """The paper's a_psi = a_theta = a_phi likewise, 1/s."""
     delay_s: float = Field(default=0.025, ge=0.0, le=0.3)
     """From the stamp of a measurement until the command that was computed from it acts, s."""
     lag_s: float = Field(default=0.05, ge=0.0, le=0.5)

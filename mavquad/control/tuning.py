@@ -24,6 +24,8 @@ class Tuning:
     observers: tuple[ObserverGains, ObserverGains, ObserverGains, ObserverGains]
     levels: Vec4
     """N of sat_N."""
+    friction_1_s: float
+    angular_friction_1_s: float
     delay_us: int
     lag_s: float
     bridge_us: int
@@ -50,6 +52,8 @@ def tuning(params: LawParams) -> Tuning:
         gammas=(place, turn, place, place),
         observers=(place_observer, turn_observer, place_observer, place_observer),
         levels=(levels.thrust_snap_m_s4, levels.yaw_snap_rad_s4, levels.roll_rad_s2, levels.pitch_rad_s2),
+        friction_1_s=params.friction_1_s,
+        angular_friction_1_s=params.angular_friction_1_s,
         delay_us=round(params.delay_s * 1e6),
         lag_s=params.lag_s,
         bridge_us=round(params.lag_bridged * params.lag_s * 1e6),

@@ -76,7 +76,9 @@ class Flight:
         return math.sqrt(sum(picked) / max(1, len(picked)))
 
     def max_m(self, after_s: float) -> float:
-        return max(math.sqrt(sum(c * c for c in e)) for t, e in zip(self.time_s, self.error_m, strict=True) if t >= after_s)
+        return max(
+            math.sqrt(sum(c * c for c in e)) for t, e in zip(self.time_s, self.error_m, strict=True) if t >= after_s
+        )
 
     def yaw_rms(self, after_s: float) -> float:
         picked = [e * e for t, e in zip(self.time_s, self.yaw_error, strict=True) if t >= after_s]
@@ -84,7 +86,14 @@ class Flight:
 
 
 def euler_matrix(roll: float, pitch: float, yaw: float) -> list[float]:
-    sr, cr, sp, cp, sy, cy = math.sin(roll), math.cos(roll), math.sin(pitch), math.cos(pitch), math.sin(yaw), math.cos(yaw)
+    sr, cr, sp, cp, sy, cy = (
+        math.sin(roll),
+        math.cos(roll),
+        math.sin(pitch),
+        math.cos(pitch),
+        math.sin(yaw),
+        math.cos(yaw),
+    )
     return [
         cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr,
         sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr,
@@ -98,7 +107,12 @@ def motor_commands(v: Vehicle, command: TorqueCommand) -> list[float]:
     roll, pitch, yaw = (a / k for a, k in zip((p, q, r), v.torque_per_control, strict=True))
     thrust = command.specific_thrust_m_s2 / 9.81 * v.hover_control
     roll, pitch = roll * math.sqrt(0.5), pitch * math.sqrt(0.5)
-    mixed = (thrust - roll - pitch - yaw, thrust + roll + pitch - yaw, thrust + roll - pitch + yaw, thrust - roll + pitch + yaw)
+    mixed = (
+        thrust - roll - pitch - yaw,
+        thrust + roll + pitch - yaw,
+        thrust + roll - pitch + yaw,
+        thrust - roll + pitch + yaw,
+    )
     return [min(max(u, 0.0), 1.0) for u in mixed]
 
 
@@ -172,8 +186,8 @@ def fly(
     reference: Callable[[float], ReferencePoint],
     duration_s: float,
     *,
-    vehicle: Vehicle = Vehicle(),  # noqa: B008
-    link: Link = Link(),  # noqa: B008
+    vehicle: Vehicle = Vehicle(),
+    link: Link = Link(),
     wind: tuple[float, float, float] = (0.0, 0.0, 0.0),
     seed: int = 1,
     start: tuple[float, float, float] = (0.0, 0.0, 0.0),

@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 
 from mavquad.control.euler import trig
-from mavquad.control.normal_form import BodyState, Friction, apply_b0, b4, q4, solve_b0, solve_b4, zeta
+from mavquad.control.normal_form import BodyState, Friction, apply_b0, apply_b4, b4, q4, solve_b0, solve_b4, zeta
 from tests.unit.control import oracle
 
 G = 9.81
@@ -71,6 +71,7 @@ def test_solving_undoes_applying(seed: int) -> None:
     t, body = _ours(state)
     inputs = (1.0, -2.0, 3.0, 5.0)
     w = tuple(sum(a * u for a, u in zip(row, inputs, strict=True)) for row in b4(t, body.thrust_m_s2))
+    assert apply_b4(t, body.thrust_m_s2, inputs) == pytest.approx(w, abs=1e-12)
     assert solve_b4(t, body.thrust_m_s2, w) == pytest.approx(inputs, abs=1e-12)
     assert solve_b0(t.s_yaw, t.c_yaw, G, apply_b0(t.s_yaw, t.c_yaw, G, inputs)) == pytest.approx(inputs, abs=1e-12)
 
