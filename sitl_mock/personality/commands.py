@@ -52,11 +52,10 @@ class Commands:
             mavlink.MAV_CMD_COMPONENT_ARM_DISARM: self._arm,
             mavlink.MAV_CMD_NAV_TAKEOFF: self._take_off,
             mavlink.MAV_CMD_NAV_LAND: self._land,
-            mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: lambda _, boot_us: commander.request(Mode.RTL, boot_us),
+            mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: self._return,
             mavlink.MAV_CMD_SET_MESSAGE_INTERVAL: self._set_interval,
-            mavlink.MAV_CMD_REQUEST_MESSAGE: lambda p, boot_us: self._request_message(int(p[0]), boot_us),
+            mavlink.MAV_CMD_REQUEST_MESSAGE: self._request_message,
             mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: self._request_version,
-            mavlink.MAV_CMD_REQUEST_PROTOCOL_VERSION: lambda _, __: ACCEPTED,
         }
 
     def answer(self, message: Message, sender: Sender, boot_us: int) -> list[Message]:
@@ -128,11 +127,14 @@ class Commands:
             return DENIED
         return ACCEPTED if self._streams.set_interval(int(params[0]), params[1], boot_us) else FAILED
 
-    def _request_message(self, message_id: int, boot_us: int) -> int:
-        return ACCEPTED if self._send_message(message_id, boot_us) else DENIED
+    def _return(self, params: Params, boot_us: int) -> int:
+        return self._commander.request(Mode.RTL, boot_us)
+
+    def _request_message(self, params: Params, boot_us: int) -> int:
+        return ACCEPTED if self._send_message(int(params[0]), boot_us) else DENIED
 
     def _request_version(self, params: Params, boot_us: int) -> int:
-        return self._request_message(_AUTOPILOT_VERSION, boot_us)
+        return ACCEPTED if self._send_message(_AUTOPILOT_VERSION, boot_us) else DENIED
 
 
 def _params_of(message: Message) -> Params:

@@ -69,7 +69,7 @@ def test_for_another_system_nothing_comes(pilot):
 def test_parameters_act(pilot):
     p = pilot()
     p.send(mavlink.MAVLink_param_set_message(1, 1, b"MIS_TAKEOFF_ALT", 4.0, mavlink.MAV_PARAM_TYPE_REAL32))
-    p.hover()
+    p.fly_to_hover()
     assert p.truth.position_ned_m[2] == pytest.approx(-4.0, abs=0.3)
 
 

@@ -42,11 +42,11 @@ def test_white_position_noise():
 
 
 def test_wander_has_its_size_and_its_memory():
-    # 100 ms steps: the exact discretisation has the same statistics at any step
-    walk = [e.position_ned_m for e in estimates(8000.0, dt_s=0.1, position_wander_m=0.05)]
+    # 500 ms steps: the exact discretisation has the same statistics at any step
+    walk = [e.position_ned_m for e in estimates(10000.0, dt_s=0.5, position_wander_m=0.05)]
     axes = [[position[i] - STILL.position_ned_m[i] for position in walk] for i in range(3)]
     assert math.sqrt(statistics.fmean(x * x for axis in axes for x in axis)) == pytest.approx(0.05, rel=0.1)
-    lag = 200  # 20 s, one correlation time
+    lag = 40  # 20 s, one correlation time
     correlations = [statistics.correlation(axis[:-lag], axis[lag:]) for axis in axes]
     assert statistics.fmean(correlations) == pytest.approx(math.exp(-1), abs=0.1)
 
