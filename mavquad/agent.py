@@ -33,7 +33,6 @@ SETPOINTS_BEFORE_OFFBOARD = 20
 HOVER_SPEED_M_S = 0.4
 LIFTED_M = 0.5
 DISARM_PATIENCE_US = 5_000_000
-TEXT_GRACE_US = 300_000
 TEXT_MATTERS_US = 3_000_000
 TEXTS_KEPT = 3
 PARAMETERS = ("MPC_THR_HOVER", "MIS_TAKEOFF_ALT", "COM_RCL_EXCEPT", "COM_OF_LOSS_T")
@@ -47,7 +46,8 @@ _OWN_MODES = {
     Phase.ENGAGING: (px4.TAKEOFF, px4.LOITER, px4.OFFBOARD),
     Phase.FLYING: (px4.OFFBOARD,),
     Phase.HANDING_BACK: (px4.OFFBOARD, px4.LOITER, px4.LAND),
-    Phase.LANDING: (px4.OFFBOARD, px4.LOITER, px4.LAND),
+    # Landing may begin right behind the takeoff command, before HEARTBEAT shows what that did.
+    Phase.LANDING: (px4.TAKEOFF, px4.OFFBOARD, px4.LOITER, px4.LAND),
 }
 _LAW_PHASES = frozenset((Phase.ENGAGING, Phase.FLYING, Phase.HANDING_BACK))
 
@@ -113,7 +113,6 @@ class Agent:
         self._on_ground_us = NEVER_US
         self._law_on = False
         self._texts: deque[tuple[int, str]] = deque(maxlen=TEXTS_KEPT)
-        self._refusal_us = NEVER_US
         self._notes: list[Note] = []
         self._trace: list[TraceRow] = []
         self._last_row: TraceRow | None = None
@@ -155,7 +154,6 @@ class Agent:
             self._phase_limit_us,
             self._refusal_us,
             self._lost_us(),
-            self._refusal_us,
             self.pose.stale_deadline_us() if self._law_on else NEVER_US,
         )
 
@@ -175,8 +173,6 @@ class Agent:
             self._repeat_requests(self.link.vehicle, now_us)
         if now_us >= self._refusal_us:
             self._conclude_refusal()
-        if now_us >= self._refusal_us:
-            self._refuse()
         if now_us >= self._phase_limit_us:
             self._fire(Event.TIMEOUT, self._timeout_error())
 
@@ -190,6 +186,8 @@ class Agent:
     def stop(self, now_us: int) -> None:
         """The operator stops: hand back and land, from wherever the flight is."""
         self._now_us = now_us
+        if self.done:
+            return
         self.interrupted = True
         self._note("operator", "stop")
         self._fire(Event.STOP)
@@ -498,13 +496,7 @@ class Agent:
         command, result = self._refusal
         self._refusal, self._refusal_us = None, NEVER_US
         hint = _REFUSED_HINTS.get(command.command_id, "")
-        self._fire(Event.REFUSED, VehicleRefused(command.words, result, self._statustext, hint))
-
-    def _refuse(self) -> None:
-        command = self._exchange.command
-        assert command is not None
-        hint = _REFUSED_HINTS.get(command.command_id, "")
-        self._fire(Event.REFUSED, VehicleRefused(command.words, self._exchange.result, self._said(), hint))
+        self._fire(Event.REFUSED, VehicleRefused(command.words, result, self._said(), hint))
 
     def _on_param(self, message: Message) -> None:
         self._parameters.on_value(message)
