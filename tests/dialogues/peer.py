@@ -1,0 +1,318 @@
+"""A scripted PX4 for the agent to talk to, and the rule of time that both are stepped by.
+
+The vehicle does what it is told as far as telemetry shows it, without any physics: it climbs, holds still and sinks at
+constant speed. Every answer and every stream can be overridden.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from mavquad.agent import Agent, Note
+from mavquad.agent_params import AgentParams, FlightParams
+from mavquad.drivers.runner import Runner
+from mavquad.flight.machine import Phase
+from mavquad.flight.mission import MissionParams
+from mavquad.protocol.codec import Encoder, decode, mavlink
+from mavquad.protocol.firmware import px4
+from mavquad.protocol.link import LinkParams
+
+START_US = 1_600_000_000_000_000
+TICK_US = 10_000
+BOOT_MS = 20_000
+ALTITUDE_M = 2.5
+SPEED_M_S = 2.5
+
+ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
+REJECTED = mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+POSCTL = px4.Mode(3)
+SETPOINT = "SET_ACTUATOR_CONTROL_TARGET"
+
+PARAMS = AgentParams(
+    link=LinkParams(url="udpin:127.0.0.1:14540"),
+    flight=FlightParams(settle_s=0.5),
+    mission=MissionParams(name="hover", duration_s=2.5),
+)
+PARAMETERS = {
+    "MPC_THR_HOVER": (mavlink.MAV_PARAM_TYPE_REAL32, 0.45),
+    "MIS_TAKEOFF_ALT": (mavlink.MAV_PARAM_TYPE_REAL32, 2.5),
+    "COM_RCL_EXCEPT": (mavlink.MAV_PARAM_TYPE_INT32, struct.unpack("<f", struct.pack("<i", 4))[0]),
+    "COM_OF_LOSS_T": (mavlink.MAV_PARAM_TYPE_REAL32, 1.0),
+}
+Answer = Callable[["ScriptedVehicle"], None]
+
+
+def heartbeat(autopilot: int, kind: int, mode: px4.Mode = px4.LOITER, armed: bool = False) -> Any:
+    base = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | (mavlink.MAV_MODE_FLAG_SAFETY_ARMED if armed else 0)
+    return mavlink.MAVLink_heartbeat_message(kind, autopilot, base, mode.custom_mode, mavlink.MAV_STATE_ACTIVE, 3)
+
+
+def answer(*results: int, text: str = "") -> Answer:
+    """Acknowledge the command with these results, and do nothing."""
+
+    def act(vehicle: ScriptedVehicle) -> None:
+        if text:
+            vehicle.say(mavlink.MAVLink_statustext_message(4, text.encode()))
+        for result in results:
+            vehicle.ack(result)
+
+    return act
+
+
+def silent(vehicle: ScriptedVehicle) -> None:
+    """Do not answer at all."""
+
+
+@dataclass
+class ScriptedVehicle:
+    """Attributes: `answers` by the command's name, `muted` message names, `period_ticks` of the pose streams."""
+
+    answers: dict[str, Answer] = field(default_factory=dict)
+    autopilot: int = mavlink.MAV_AUTOPILOT_PX4
+    version: tuple[int, int, int] = (1, 13, 3)
+    muted: set[str] = field(default_factory=set)
+    lost: Callable[[Any], bool] = lambda message: False
+    period_ticks: int = 1
+    mode: px4.Mode = px4.LOITER
+    armed: bool = False
+    prearm: bool = True
+    thrust: float = 0.5
+    height_m: float = 0.0
+    east_m: float = 0.0
+    roll_rad: float = 0.0
+    pitch_rad: float = 0.0
+    parameters: dict[str, tuple[int, float]] = field(default_factory=lambda: dict(PARAMETERS))
+
+    def __post_init__(self) -> None:
+        self.encoder = Encoder(1, 1)
+        self.outbox: list[bytes] = []
+        self.command: Any = None
+        self.ticks = 0
+        self._ground_ticks = 0
+
+    @property
+    def boot_ms(self) -> int:
+        return BOOT_MS + self.ticks * TICK_US // 1000
+
+    def say(self, message: Any) -> None:
+        frame = self.encoder.encode(message)
+        if message.get_type() not in self.muted and not self.lost(message):
+            self.outbox.append(frame)
+
+    def ack(self, result: int) -> None:
+        self.say(mavlink.MAVLink_command_ack_message(self.command.command, result, 0, 0, 245, 190))
+
+    # ------------------------------------------------------------------ what it is told
+
+    def hear(self, message: Any) -> None:
+        kind = message.get_type()
+        if kind == "PARAM_REQUEST_READ" and message.param_id in self.parameters:
+            type_, value = self.parameters[message.param_id]
+            self.say(mavlink.MAVLink_param_value_message(message.param_id.encode(), value, type_, 700, 1))
+        elif kind == "COMMAND_LONG":
+            self.command = message
+            name = command_name(message)
+            self.answers.get(name, getattr(ScriptedVehicle, f"do_{name}"))(self)
+
+    def do_arm(self) -> None:
+        self.armed = True
+        self.ack(ACCEPTED)
+
+    def do_disarm(self) -> None:
+        self.armed = False
+        self.ack(ACCEPTED)
+
+    def do_interval(self) -> None:
+        self.ack(ACCEPTED)
+
+    def do_request(self) -> None:
+        self.ack(ACCEPTED)
+        self.tell_version()
+
+    def tell_version(self) -> None:
+        major, minor, patch = self.version
+        packed = major << 24 | minor << 16 | patch << 8 | 255
+        self.say(mavlink.MAVLink_autopilot_version_message(0, packed, 0, 0, 0, *[bytes(8)] * 3, 0, 0, 0))
+
+    def do_takeoff(self) -> None:
+        self.mode = px4.TAKEOFF
+        self.ack(ACCEPTED)
+
+    def do_land(self) -> None:
+        self.mode = px4.LAND
+        self.ack(ACCEPTED)
+
+    def do_loiter(self) -> None:
+        self.mode = px4.LOITER
+        self.ack(ACCEPTED)
+
+    def do_offboard(self) -> None:
+        self.mode = px4.OFFBOARD
+        self.ack(ACCEPTED)
+
+    # ------------------------------------------------------------------ what it tells
+
+    def tick(self) -> list[bytes]:
+        """10 ms pass; the frames to deliver now."""
+        self.ticks += 1
+        climb_m_s = self._move()
+        if self.ticks % 100 == 0:
+            self.say(heartbeat(self.autopilot, mavlink.MAV_TYPE_QUADROTOR, self.mode, self.armed))
+        if self.ticks % 50 == 25:
+            health = 0x10000000 if self.prearm else 0
+            self.say(mavlink.MAVLink_sys_status_message(health, health, health, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0))
+        if self.ticks % 20 == 5:
+            landed = mavlink.MAV_LANDED_STATE_IN_AIR if self.height_m > 0.0 else mavlink.MAV_LANDED_STATE_ON_GROUND
+            self.say(mavlink.MAVLink_extended_sys_state_message(0, landed))
+        if self.ticks % 10 == 7:
+            self.say(
+                mavlink.MAVLink_attitude_target_message(
+                    self.boot_ms, 0, [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0, self.thrust
+                )
+            )
+        if self.ticks % self.period_ticks == 0:
+            self.say(self.attitude())
+            self.say(self.position(climb_m_s))
+        outbox, self.outbox = self.outbox, []
+        return outbox
+
+    def attitude(self, **changes: float) -> Any:
+        values = {"roll": self.roll_rad, "pitch": self.pitch_rad, "yaw": 0.3, **changes}
+        return mavlink.MAVLink_attitude_message(self.boot_ms, *values.values(), 0.0, 0.0, 0.0)
+
+    def position(self, climb_m_s: float = 0.0, **changes: float) -> Any:
+        values = {"x": 1.0, "y": self.east_m, "z": -self.height_m, "vx": 0.0, "vy": 0.0, "vz": -climb_m_s, **changes}
+        return mavlink.MAVLink_local_position_ned_message(self.boot_ms, *values.values())
+
+    def _move(self) -> float:
+        step_m = SPEED_M_S * TICK_US * 1e-6
+        if self.mode == px4.TAKEOFF:
+            self.height_m += step_m
+            if self.height_m >= ALTITUDE_M:
+                self.mode = px4.LOITER
+            return SPEED_M_S
+        if self.mode == px4.LAND and self.armed:
+            self.height_m = max(self.height_m - step_m, 0.0)
+            self._ground_ticks += self.height_m == 0.0
+            self.armed = self._ground_ticks < 50
+            return -SPEED_M_S if self.height_m > 0.0 else 0.0
+        return 0.0
+
+
+def command_name(message: Any) -> str:
+    """The name of a COMMAND_LONG in these tests."""
+    if message.command == mavlink.MAV_CMD_DO_SET_MODE:
+        mode = px4.Mode(int(message.param2), int(message.param3))
+        return {px4.OFFBOARD: "offboard", px4.LOITER: "loiter"}[mode]
+    if message.command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM:
+        return "arm" if message.param1 else "disarm"
+    return {
+        mavlink.MAV_CMD_NAV_TAKEOFF: "takeoff",
+        mavlink.MAV_CMD_NAV_LAND: "land",
+        mavlink.MAV_CMD_SET_MESSAGE_INTERVAL: "interval",
+        mavlink.MAV_CMD_REQUEST_MESSAGE: "request",
+    }[message.command]
+
+
+@dataclass(frozen=True)
+class Sent:
+    """One frame of the agent; `phase` is the agent's when it went out."""
+
+    stamp_us: int
+    message: Any
+    phase: Phase
+
+    @property
+    def name(self) -> str:
+        """The command's name, or the message's."""
+        kind = self.message.get_type()
+        return command_name(self.message) if kind == "COMMAND_LONG" else kind
+
+
+class Dialogue:
+    """The agent and its peer. `sent` is all that the agent sent, `record` both directions in order."""
+
+    def __init__(self, vehicle: ScriptedVehicle | None = None, params: AgentParams = PARAMS) -> None:
+        self.vehicle = vehicle or ScriptedVehicle()
+        self.agent = Agent(params, START_US)
+        self.sent: list[Sent] = []
+        self.record: list[tuple[int, bytes, bool]] = []
+        self.events: list[tuple[int, str]] = []
+        self.now_us = START_US
+        self.powered = True
+        self._notes: list[Note] = []
+        self._heard = 0
+        self._runner = Runner(self.agent, START_US, self._on_sent, self)
+
+    def frame(self, stamp_us: int, frame: bytes, outbound: bool) -> None:
+        self.record.append((stamp_us, frame, outbound))
+
+    def event(self, stamp_us: int, name: str) -> None:
+        self.events.append((stamp_us, name))
+
+    def _on_sent(self, stamp_us: int, data: bytes) -> None:
+        self.sent.append(Sent(stamp_us, decode(data), self.agent.phase))
+
+    def deliver(self, *messages: Any, sender: Encoder | None = None) -> None:
+        """Hand messages to the agent now, the vehicle's or those of somebody else."""
+        encoder = sender or self.vehicle.encoder
+        for message in messages:
+            self._runner.frame(encoder.encode(message), self.now_us)
+
+    def stop(self) -> None:
+        self._runner.command("stop", self.agent.stop, self.now_us)
+
+    def step(self) -> None:
+        """10 ms: the vehicle hears what was sent before, then speaks."""
+        heard = len(self.sent)
+        self.now_us += TICK_US
+        self._runner.advance(self.now_us)
+        if not self.powered:
+            return
+        for sent in self.sent[self._heard : heard]:
+            self.vehicle.hear(sent.message)
+        self._heard = heard
+        for frame in self.vehicle.tick():
+            self._runner.frame(frame, self.now_us)
+
+    def run(self, until: Callable[[], bool] | Phase = Phase.DONE, limit_s: float = 120.0) -> Dialogue:
+        """Step until the condition holds, or the phase is reached; it must be within `limit_s`."""
+        end_us = self.now_us + round(limit_s * 1e6)
+        while not (self.agent.phase is until if isinstance(until, Phase) else until()):
+            assert self.now_us < end_us, f"still {self.agent.phase} after {limit_s} s"
+            self.step()
+        return self
+
+    def until_sent(self, name: str, count: int = 1) -> Dialogue:
+        return self.run(lambda: len(self.of(name)) >= count)
+
+    def run_for(self, duration_s: float) -> Dialogue:
+        for _ in range(round(duration_s * 1e6 / TICK_US)):
+            self.step()
+        return self
+
+    # ------------------------------------------------------------------ what was seen
+
+    def names(
+        self, *, ignore: tuple[str, ...] = ("HEARTBEAT", "PARAM_REQUEST_READ", "interval", "request")
+    ) -> list[str]:
+        """What was sent, in order, repetitions collapsed."""
+        names = [sent.name for sent in self.sent if sent.name not in ignore]
+        return [name for i, name in enumerate(names) if i == 0 or names[i - 1] != name]
+
+    def of(self, name: str) -> list[Sent]:
+        return [sent for sent in self.sent if sent.name == name]
+
+    @property
+    def notes(self) -> list[Note]:
+        """The story so far."""
+        self._notes += self.agent.take_notes()
+        return self._notes
+
+    @property
+    def phases(self) -> list[str]:
+        """The phases entered so far."""
+        return [note.text for note in self.notes if note.kind == "phase"]

@@ -1,0 +1,146 @@
+"""What holds over whole flights, whatever is lost on the way; and that the same inputs give the same bytes."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mavquad.agent import Agent
+from mavquad.drivers.replay import OperatorEvent, replay
+from mavquad.endpoint import GRID_US
+from mavquad.flight.machine import Phase
+from mavquad.protocol.codec import decode, mavlink
+from mavquad.tlog import Record
+from tests.dialogues.peer import PARAMS, SETPOINT, START_US, Dialogue, ScriptedVehicle
+
+LAW_PHASES = {Phase.ENGAGING, Phase.FLYING, Phase.HANDING_BACK}
+
+
+def lossy_flight(seed, loss):
+    chance = random.Random(seed)
+    return Dialogue(ScriptedVehicle(lost=lambda message: chance.random() < loss)).run(limit_s=300.0)
+
+
+def fresh_position_stamps(dialogue):
+    """Arrivals of LOCAL_POSITION_NED with a newer stamp than all before."""
+    newest, stamps = -1, set()
+    for stamp_us, frame, outbound in dialogue.record:
+        message = decode(frame)
+        if not outbound and message.get_type() == "LOCAL_POSITION_NED" and message.time_boot_ms > newest:
+            newest = message.time_boot_ms
+            stamps.add(stamp_us)
+    return stamps
+
+
+@settings(max_examples=25, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 2**31), loss=st.sampled_from([0.0, 0.02, 0.1, 0.3]))
+def test_every_setpoint_answers_a_fresh_position_but_for_one_safe_one(seed, loss):
+    dialogue = lossy_flight(seed, loss)
+    fresh = fresh_position_stamps(dialogue)
+    setpoints = dialogue.of(SETPOINT)
+    without = [sent for sent in setpoints if sent.stamp_us not in fresh]
+    assert len(without) <= dialogue.agent.safe_setpoints <= 1
+    assert len(setpoints) == dialogue.agent.setpoints_sent + dialogue.agent.safe_setpoints
+    assert all(sent.message.time_usec == sent.stamp_us for sent in setpoints)
+    assert {sent.phase for sent in setpoints} <= LAW_PHASES
+
+
+@settings(max_examples=15, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 2**31), loss=st.sampled_from([0.0, 0.05, 0.2]))
+def test_a_lossy_flight_ends_on_the_ground(seed, loss):
+    dialogue = lossy_flight(seed, loss)
+    assert not dialogue.vehicle.armed
+    assert dialogue.vehicle.height_m == 0.0
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_few_losses_do_not_end_a_flight(seed):
+    dialogue = lossy_flight(seed, 0.02)
+    assert dialogue.agent.error is None
+    assert dialogue.agent.link.lost > 0
+
+
+def test_stamps_go_forward_on_the_grid():
+    dialogue = lossy_flight(5, 0.1)
+    stamps = [stamp for stamp, _, _ in dialogue.record]
+    inputs = [stamp for stamp, _, outbound in dialogue.record if not outbound]
+    assert stamps == sorted(stamps)
+    assert len(set(inputs)) == len(inputs)
+    assert all(stamp % GRID_US == 0 for stamp in stamps)
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.1])
+def test_the_same_inputs_give_the_same_bytes(loss):
+    assert lossy_flight(7, loss).record == lossy_flight(7, loss).record
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.1])
+@pytest.mark.parametrize("stopped", [False, True])
+def test_the_record_alone_replays_the_flight(loss, stopped):
+    chance = random.Random(11)
+    dialogue = Dialogue(ScriptedVehicle(lost=lambda message: chance.random() < loss)).run(Phase.TAKING_OFF)
+    dialogue.run_for(0.55)
+    if stopped:
+        dialogue.stop()
+    dialogue.run()
+    records = [Record(stamp, 3 if outbound else 0, frame) for stamp, frame, outbound in dialogue.record]
+    events = [OperatorEvent(*event) for event in dialogue.events]
+    result = replay(Agent(PARAMS, START_US), START_US, records, events)
+    assert result.first_mismatch is None
+    assert result.matched == result.recorded == len(dialogue.sent)
+
+
+def test_heartbeats_go_out_once_a_second_from_the_first_frame_heard_on():
+    dialogue = Dialogue().run()
+    stamps = [sent.stamp_us for sent in dialogue.of("HEARTBEAT")]
+    first = dialogue.record[0][0]
+    assert stamps == [first + i * 1_000_000 for i in range(len(stamps))]
+    assert len(stamps) >= 5
+
+
+def test_timesync_is_answered_with_our_clock_and_its_own_stamp():
+    dialogue = Dialogue().run(Phase.WAITING)
+    dialogue.deliver(mavlink.MAVLink_timesync_message(0, 123_456_789))
+    [reply] = dialogue.of("TIMESYNC")
+    assert (reply.message.tc1, reply.message.ts1) == (reply.stamp_us * 1000, 123_456_789)
+
+
+def test_an_answer_to_a_timesync_is_not_answered():
+    dialogue = Dialogue().run(Phase.WAITING)
+    dialogue.deliver(mavlink.MAVLink_timesync_message(5, 123_456_789))
+    assert dialogue.of("TIMESYNC") == []
+
+
+def test_acks_to_others_are_not_ours():
+    dialogue = Dialogue(ScriptedVehicle(answers={"arm": lambda vehicle: None})).run(Phase.ARMING)
+    ack = mavlink.MAVLink_command_ack_message(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 2, 0, 0, 255, 190)
+    dialogue.deliver(ack)
+    dialogue.run_for(0.5)
+    assert dialogue.agent.phase is Phase.ARMING
+    ack.target_system = 245
+    dialogue.deliver(ack)
+    assert dialogue.run().agent.error.result == "DENIED"
+
+
+def test_every_frame_is_addressed_to_the_vehicle():
+    for sent in Dialogue().run().sent:
+        if hasattr(sent.message, "target_system"):
+            assert (sent.message.target_system, sent.message.target_component) in ((1, 1), (0, 0))
+        assert (sent.message.get_srcSystem(), sent.message.get_srcComponent()) == (245, 190)
+
+
+def test_the_status_of_a_flight_for_a_display():
+    status = Dialogue().run(Phase.FLYING).run_for(0.5).agent.status()
+    assert (status.phase, status.mode, status.armed, status.vehicle) == (
+        Phase.FLYING,
+        "OFFBOARD",
+        True,
+        "PX4 1.13.3 (1/1)",
+    )
+    assert status.height_m == pytest.approx(2.5, abs=0.03)
+    assert status.position_error_m == pytest.approx(0.0, abs=1e-3)
+    assert (status.mission_duration_s, status.position_hz) == (2.5, 100.0)
+    assert 0.4 < status.mission_s < 0.6
