@@ -32,13 +32,16 @@ HOLD_MAX_S = 0.1
 
 def observe_attitude(params: LawParams, state: ControllerState, attitude: Attitude) -> ControllerState:
     """Correct the yaw chain; roll, pitch and rates are not used. A stamp already seen changes nothing."""
-    before = state.estimates[YAW]
-    if attitude.stamp_us == before.stamp_us:
+    return _yaw_observed(tuning(params), state, attitude)
+
+
+def _yaw_observed(tune: Tuning, state: ControllerState, attitude: Attitude) -> ControllerState:
+    z, yaw, x, y = state.estimates
+    if attitude.stamp_us == yaw.stamp_us:
         return state
-    if attitude.stamp_us < before.stamp_us:
+    if attitude.stamp_us < yaw.stamp_us:
         return _with(state, state.estimates, state.stale_positions, state.stale_attitudes + 1)
-    z, _, x, y = state.estimates
-    yaw = observed_yaw(tuning(params), state, attitude.stamp_us, attitude.yaw_rad)
+    yaw = observed_yaw(tune, state, attitude.stamp_us, attitude.yaw_rad)
     return _with(state, (z, yaw, x, y), state.stale_positions, state.stale_attitudes)
 
 
@@ -60,7 +63,7 @@ def step(
     tune = tuning(params)
     t = trig(attitude.roll_rad, attitude.pitch_rad, attitude.yaw_rad)
     rates = euler_rates(t, attitude.rates_flu_rad_s)
-    state = observe_attitude(params, state, attitude)
+    state = _yaw_observed(tune, state, attitude)
     if params.form == "output_feedback":
         rotors, estimates, gain = state.rotors, observed(tune, state, position), Gain(t, full=False)
     else:

@@ -26,11 +26,6 @@ class ObserverGains:
     lag_s: float
     """Of the replica of the actuator; 0 for none."""
 
-    @property
-    def length(self) -> int:
-        """r, the length of the chain without sigma."""
-        return len(self.moduli) - 1
-
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
@@ -45,7 +40,8 @@ class Estimate:
 
 def predict(gains: ObserverGains, estimate: Estimate, channel: int, span: Interval) -> Estimate:
     """The estimate at the end of the interval, no measurement used."""
-    values, lagged = advance(gains.length, gains.lag_s, estimate.values, estimate.lagged_input, span, channel)
+    length = len(gains.moduli) - 1
+    values, lagged = advance(length, gains.lag_s, estimate.values, estimate.lagged_input, span, channel)
     return Estimate(estimate.stamp_us + span.duration_us, values, lagged)
 
 

@@ -103,16 +103,16 @@ def hold(pose: Pose) -> ReferencePoint:
 
 
 def shifted(derivatives: tuple[float, ...], ahead_s: float) -> tuple[float, ...]:
-    """A channel of a reference some time later, by its own Taylor series."""
-    if not any(derivatives[1:]):
-        return derivatives
-    moved = list(derivatives)
-    for i in range(len(moved)):
-        total = 0.0
-        for k in range(len(moved) - 1, i, -1):
-            total = (total + derivatives[k]) * ahead_s / (k - i)
-        moved[i] += total
-    return tuple(moved)
+    """A channel of a reference (its value and four derivatives) some time later, by its own Taylor series."""
+    r0, r1, r2, r3, r4 = derivatives
+    half, third, fourth = ahead_s / 2.0, ahead_s / 3.0, ahead_s / 4.0
+    return (
+        r0 + ahead_s * (r1 + half * (r2 + third * (r3 + fourth * r4))),
+        r1 + ahead_s * (r2 + half * (r3 + third * r4)),
+        r2 + ahead_s * (r3 + half * r4),
+        r3 + ahead_s * r4,
+        r4,
+    )
 
 
 def _shape(u: float, duration_s: float) -> tuple[float, ...]:

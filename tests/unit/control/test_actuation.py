@@ -8,7 +8,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mavquad.control.actuation import MAX_COMMANDS, advance, appended, interval, lagged_input
+from mavquad.control.actuation import (
+    MAX_COMMANDS,
+    _coasted_flown,
+    advance,
+    appended,
+    coasted,
+    interval,
+    lagged_input,
+    response,
+)
 
 COMMANDS = tuple((t, (w, 2 * w, -w, 0.5)) for t, w in ((0, 1.0), (10_000, -3.0), (24_000, 5.0), (31_500, 2.0)))
 
@@ -37,7 +46,7 @@ def _brute(length: int, lag_s: float, state: list[float], lagged: float, channel
 @pytest.mark.parametrize("length", [2, 3, 4, 5])
 @pytest.mark.parametrize("lag_s", [0.0, 0.03])
 def test_every_interval_is_exact(length: int, lag_s: float) -> None:
-    state = [0.3, -0.2, 0.5, 1.0, -0.7][:length] + [2.0]
+    state = [*[0.3, -0.2, 0.5, 1.0, -0.7][:length], 2.0]
     span = (4_000, 36_000)
     for channel in (0, 2):
         ours, lagged = advance(length, lag_s, tuple(state), 0.4, interval(COMMANDS, *span), channel)
@@ -79,3 +88,9 @@ def test_memory_is_bounded() -> None:
     for k in range(500):
         commands = appended(commands, (50_000 + 10_000 * k, (0.0,) * 4), 0)
     assert len(commands) <= MAX_COMMANDS
+
+
+def test_the_sums_written_out_are_the_general_ones() -> None:
+    state, driven = (0.3, -0.2, 0.5, 1.0, 2.0), [0.01, -0.02, 0.03, 0.04]
+    taylor = response(4, 0.05, 12_345).taylor
+    assert _coasted_flown(taylor, state, driven) == coasted(taylor, state, driven)

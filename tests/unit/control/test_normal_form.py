@@ -42,7 +42,7 @@ def test_q4_is_what_remains_without_inputs(seed: int) -> None:
     state, friction = _draw(seed)
     a_z, a_yaw, a_pitch, a_roll = friction
     t, body = _ours(state)
-    second, third, drift, _ = oracle.functions()
+    _second, third, drift, _ = oracle.functions()
     jerk = third(*state, *friction, G)[0][0]
     ours = q4(t, body, Friction(a_z, (a_roll, a_pitch, a_yaw)), vertical_jerk_m_s3=jerk)
     assert ours == pytest.approx([row[0] for row in drift(*state, *friction, G)], abs=1e-10)
