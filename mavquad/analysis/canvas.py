@@ -56,7 +56,8 @@ def time_panels(figure: Figure, heights: Sequence[float], left: float) -> list[A
         style(panel)
         panel.tick_params(labelbottom=panel is panels[-1])
     panels[-1].set_xlabel("time (s)", fontsize=10, color=INK)
-    figure.align_ylabels(panels)
+    # The last panel may carry long names instead of numbers.
+    figure.align_ylabels(panels[:-1])
     return panels
 
 
@@ -108,14 +109,16 @@ def shade_spans(panels: Iterable[Axes], spans: Iterable[tuple[float, float]]) ->
 
 
 def true_scale(axes: Axes) -> None:
-    """A map: east to the right, north up, one metre the same length on both."""
+    """A map: east to the right, north up, one metre the same length on both; the limits fill the axes' box."""
     style(axes)
     axes.margins(0.08)
-    least_span(axes, _LEAST_EXTENT_M)
-    west, east = axes.get_xlim()
-    if (missing := _LEAST_EXTENT_M - (east - west)) > 0.0:
-        axes.set_xlim(west - missing / 2, east + missing / 2)
-    axes.set_aspect("equal", adjustable="datalim")
+    (west, east), (south, north) = axes.get_xlim(), axes.get_ylim()
+    box = axes.get_position()
+    ratio = box.width * _SIZE_INCHES[0] / (box.height * _SIZE_INCHES[1])
+    height = max(north - south, (east - west) / ratio, _LEAST_EXTENT_M)
+    axes.set_xlim((west + east - height * ratio) / 2, (west + east + height * ratio) / 2)
+    axes.set_ylim((south + north - height) / 2, (south + north + height) / 2)
+    axes.set_aspect("equal")
     axes.set_xlabel("east (m)", fontsize=10, color=INK)
     label(axes, "north (m)")
 

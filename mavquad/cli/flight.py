@@ -11,7 +11,7 @@ from rich.console import Console
 
 from mavquad import __version__
 from mavquad.agent import Agent, Note
-from mavquad.analysis.metrics import error_samples, flight_metrics
+from mavquad.analysis.metrics import FlightMetrics, error_samples, flight_metrics
 from mavquad.cli.display import summary_table
 from mavquad.cli.outcome import show
 from mavquad.config import Config, Override, blaming_options, default_path, dump, load
@@ -74,9 +74,10 @@ class Flight:
         self.collect(agent)
         self.folder.close()
         flight_s = (runner.last_us - start_us) * 1e-6
+        metrics = flight_metrics(error_samples(self.rows, (Phase.FLYING.value,)))
         summary = {
             **self._outcome(agent),
-            **flight_metrics(error_samples(self.rows, (Phase.FLYING.value,))).to_json(),
+            **metrics.to_json(),
             "error_of": "the position that the autopilot estimates, against the reference",
             "vehicle": agent.status().vehicle,
             "hover_thrust_norm": agent.hover_thrust_norm,
@@ -94,7 +95,7 @@ class Flight:
             "run_dir": str(self.folder.path),
         }
         self.folder.write_whole("summary.json", to_json(summary))
-        self._draw(summary)
+        self._draw(summary, metrics)
         if as_json:
             print(to_json(summary), end="")  # noqa: T201 - the one thing on stdout
         elif agent.setpoints_sent:
@@ -122,13 +123,13 @@ class Flight:
             return agent.error.exit_code
         return EXIT_INTERRUPTED if agent.interrupted else EXIT_OK
 
-    def _draw(self, summary: dict[str, Any]) -> None:
+    def _draw(self, summary: dict[str, Any], metrics: FlightMetrics) -> None:
         # matplotlib takes half a second to import, and a flight must not wait for it.
         from mavquad.analysis.figures import flight_figure
 
         shown = [(note.stamp_us, note.text) for note in self._notes if note.kind in ("guard", "operator")]
         title = f"{summary['vehicle'] or 'no vehicle'}: {summary['outcome']}"
-        flight_figure(self.rows, shown, self.folder.path / "flight.png", title)
+        flight_figure(self.rows, shown, self.folder.path / "flight.png", title, metrics)
 
 
 def percentiles(values_us: list[int]) -> dict[str, int]:

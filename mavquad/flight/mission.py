@@ -18,10 +18,10 @@ class MissionParams(Section):
     """What is flown while the law is in control."""
 
     name: Literal["box", "hover"] = "box"
-    """"box": hover, then a square to the north and east with a turn on its second leg. "hover": stay."""
+    """"box": hover, then a square, north and east first, with a turn at its far corner. "hover": stay."""
     duration_s: float = Field(default=0.0, ge=0.0, le=3600.0)
     """How long the law is in control: 0 for the mission's own length; longer holds the last pose, shorter cuts it."""
-    hover_s: float = Field(default=8.0, ge=0.0, le=3600.0)
+    hover_s: float = Field(default=6.0, ge=0.0, le=3600.0)
     """Hover at the start."""
     side_m: float = Field(default=2.0, gt=0.0, le=100.0)
     """Side of the box."""
@@ -51,6 +51,7 @@ def stops(params: MissionParams) -> tuple[Stop, ...]:
     return (
         start,
         Stop((side, 0.0, 0.0), 0.0, stay),
+        Stop((side, side, 0.0), 0.0, stay),
         Stop((side, side, 0.0), turn, stay),
         Stop((0.0, side, 0.0), turn, stay),
         Stop((0.0, 0.0, 0.0), turn, stay),

@@ -1,0 +1,205 @@
+"""`mavquad fly` as a user runs it: real processes, real sockets, real time. The flights run side by side."""
+
+import contextlib
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from mavquad.protocol.codec import Encoder, mavlink
+
+SHORT = ["--mission", "hover", "--duration", "3"]
+
+
+@dataclass
+class Flight:
+    process: subprocess.Popen[str]
+    run_dir: Path
+    story: str = ""
+
+    def until(self, words: str) -> bool:
+        """Read the story on stderr until a line ends with these words."""
+        assert self.process.stderr is not None
+        for line in self.process.stderr:
+            self.story += line
+            if line.strip().endswith(words):
+                return True
+        return False
+
+    def end(self) -> int:
+        _, rest = self.process.communicate(timeout=100)
+        self.story += rest
+        return self.process.returncode
+
+    def summary(self) -> dict[str, object]:
+        return json.loads((self.run_dir / "summary.json").read_text())
+
+
+def mavquad(*arguments: str, cwd: Path) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "mavquad", *arguments],
+        cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, "COLUMNS": "200"},
+    )  # fmt: skip
+
+
+def replay(run_dir: Path) -> dict[str, object]:
+    process = mavquad("replay", str(run_dir / "flight.tlog"), "--json", cwd=run_dir)
+    stdout, stderr = process.communicate(timeout=60)
+    assert process.returncode == 0, stderr
+    return json.loads(stdout)
+
+
+@contextlib.contextmanager
+def mock_vehicle(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    command = [sys.executable, "-m", "sitl_mock.cli", "--announce", *arguments]
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout is not None
+        yield process, json.loads(process.stdout.readline())["url"]
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+# ---------------------------------------------------------------------- the flights
+
+
+def fly_with_its_own_mock(folder: Path) -> Flight:
+    process = mavquad("fly", *SHORT, "--json", "--run-dir", "run", cwd=folder)
+    stdout, stderr = process.communicate(timeout=100)
+    assert json.loads(stdout)["run_dir"] == "run"
+    return Flight(process, folder / "run", stderr)
+
+
+def interrupted(folder: Path) -> Flight:
+    flight = Flight(mavquad("fly", "--run-dir", "run", cwd=folder), folder / "run")
+    assert flight.until("flying")
+    flight.process.send_signal(signal.SIGINT)
+    flight.end()
+    return flight
+
+
+def mock_killed(folder: Path) -> Flight:
+    with mock_vehicle("--listen", "udpin:127.0.0.1:0") as (mock, url):
+        flight = Flight(mavquad("fly", "--connect", url, "--run-dir", "run", cwd=folder), folder / "run")
+        assert flight.until("flying")
+        mock.kill()
+        flight.end()
+    return flight
+
+
+def under_fire(folder: Path) -> Flight:
+    """Listening like a companion computer, while somebody else sends rubbish and forged frames to the same port."""
+    port = free_port()
+    arguments = ["fly", *SHORT, "--connect", f"udpin:127.0.0.1:{port}", "--run-dir", "run"]
+    flight = Flight(mavquad(*arguments, cwd=folder), folder / "run")
+    with mock_vehicle("--send", f"udpout:127.0.0.1:{port}"):
+        assert flight.until("identifying")
+        forger = Encoder(1, 1)
+        standby = mavlink.MAVLink_heartbeat_message(2, 12, 81, 3 << 16, 3, 3)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+            for rubbish in (b"", b"\xfd", b"\xfd\x09\x00", os.urandom(300), forger.encode(standby), b"\x00" * 1400):
+                stranger.sendto(rubbish, ("127.0.0.1", port))
+        flight.end()
+    return flight
+
+
+SCENARIOS: dict[str, Callable[[Path], Flight]] = {
+    scenario.__name__: scenario for scenario in (fly_with_its_own_mock, interrupted, mock_killed, under_fire)
+}
+
+
+@pytest.fixture(scope="module")
+def flights(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Flight]:
+    flown: dict[str, Flight] = {}
+
+    def fly(name: str) -> None:
+        flown[name] = SCENARIOS[name](tmp_path_factory.mktemp(name))
+
+    threads = [threading.Thread(target=fly, args=(name,)) for name in SCENARIOS]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    return flown
+
+
+# ---------------------------------------------------------------------- what came of them
+
+
+def test_a_flight_completes_and_leaves_its_folder(flights: dict[str, Flight]) -> None:
+    flight = flights["fly_with_its_own_mock"]
+    assert flight.process.returncode == 0, flight.story
+    assert flight.story == ""
+    files = {path.name for path in flight.run_dir.iterdir()}
+    wanted = {"flight.tlog", "config.toml", "summary.json", "trace.csv", "flight.png", "events.jsonl", "notes.jsonl"}
+    assert files == wanted
+    summary = flight.summary()
+    assert summary["completed"] is True
+    assert summary["outcome"] == "mission complete"
+    assert isinstance(summary["setpoints_sent"], int)
+    assert summary["setpoints_sent"] > 300
+
+
+def test_a_live_flight_replays_bit_for_bit(flights: dict[str, Flight]) -> None:
+    result = replay(flights["fly_with_its_own_mock"].run_dir)
+    outbound = result["outbound"]
+    assert isinstance(outbound, dict)
+    assert outbound["matched"] == outbound["recorded"] > 300
+    assert outbound["first_mismatch"] is None
+
+
+def test_ctrl_c_lands_and_replays(flights: dict[str, Flight]) -> None:
+    flight = flights["interrupted"]
+    assert flight.process.returncode == 130, flight.story
+    assert "Disarmed by landing" in flight.story
+    assert flight.summary()["outcome"] == "interrupted by the operator and landed"
+    assert replay(flight.run_dir)["outbound"]["first_mismatch"] is None  # type: ignore[index]
+
+
+def test_a_vehicle_that_dies_in_flight(flights: dict[str, Flight]) -> None:
+    flight = flights["mock_killed"]
+    assert flight.process.returncode == 4, flight.story
+    assert "Traceback" not in flight.story
+    assert flight.summary()["completed"] is False
+    assert replay(flight.run_dir)["outbound"]["first_mismatch"] is None  # type: ignore[index]
+
+
+def test_strangers_on_the_port_are_ignored(flights: dict[str, Flight]) -> None:
+    flight = flights["under_fire"]
+    assert flight.process.returncode == 0, flight.story
+
+
+def test_nobody_there(tmp_path: Path) -> None:
+    url = f"udpout:127.0.0.1:{free_port()}"
+    process = mavquad("fly", "--connect", url, "--set", "flight.connect_s=1", cwd=tmp_path)
+    _, stderr = process.communicate(timeout=30)
+    assert process.returncode == 3
+    assert "no answer: HEARTBEAT of an autopilot" in stderr
+    assert "hint:" in stderr
+
+
+def test_port_in_use(tmp_path: Path) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        url = f"udpin:127.0.0.1:{taken.getsockname()[1]}"
+        process = mavquad("fly", "--connect", url, cwd=tmp_path)
+        _, stderr = process.communicate(timeout=30)
+    assert process.returncode == 2
+    assert "address already in use" in stderr
+    assert "another program has this port" in stderr
+    assert not list(tmp_path.glob("runs/*"))
