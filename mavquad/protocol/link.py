@@ -96,7 +96,7 @@ class Link:
         if gap < 128:
             self.lost += gap
             self._sequence = sequence
-        elif self.lost > 0:
+        elif self.lost > 0 and sequence != self._sequence:
             self.lost -= 1
 
 
