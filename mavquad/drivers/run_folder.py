@@ -29,6 +29,7 @@ from mavquad.flight_record import TraceRow
 from mavquad.tlog import TlogWriter
 
 FLUSH_US = 1_000_000
+EVENT_NAMES = ("start", "stop", "end")
 
 
 class RunFolder:
@@ -101,12 +102,18 @@ def read_events(path: Path) -> list[OperatorEvent]:
     """
     try:
         lines = (path / "events.jsonl").read_text(encoding="utf-8").splitlines()
-        return [OperatorEvent(**json.loads(line)) for line in lines]
+        return [_event(**json.loads(line)) for line in lines]
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise RunFolderError(str(path / "events.jsonl"), f"cannot be read ({reason})") from None
     except (ValueError, TypeError):
         raise RunFolderError(str(path / "events.jsonl"), "is damaged") from None
+
+
+def _event(stamp_us: int, name: str) -> OperatorEvent:
+    if type(stamp_us) is not int or name not in EVENT_NAMES:
+        raise ValueError(f"not an event: {name!r} at {stamp_us!r}")
+    return OperatorEvent(stamp_us, name)
 
 
 def read_notes(path: Path) -> list[Note]:
