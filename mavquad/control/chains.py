@@ -6,12 +6,12 @@ from mavquad.control.actuation import Command, interval, lagged_input
 from mavquad.control.euler import Trig
 from mavquad.control.inversion import Gain
 from mavquad.control.model import GRAVITY_M_S2
-from mavquad.control.normal_form import BodyState, q4, zeta
+from mavquad.control.normal_form import BodyState, Friction, q4, zeta
 from mavquad.control.observer import Estimate, correct, predict
 from mavquad.control.state import YAW, Chains, ControllerState, Estimates, Rotors, X, Y, Z
 from mavquad.control.tuning import Tuning
 from mavquad.frames import unwrap_near
-from mavquad.types import Position, Vec3
+from mavquad.types import Position, Vec3, Vec4
 
 
 def observed_yaw(tune: Tuning, state: ControllerState, stamp_us: int, yaw_rad: float) -> Estimate:
@@ -70,7 +70,7 @@ def _rates_of(tune: Tuning, state: ControllerState, rotors: Rotors) -> tuple[flo
 def measured(
     tune: Tuning, state: ControllerState, position: Position, t: Trig, rates: Vec3, rotors: Rotors
 ) -> tuple[Estimates, Gain]:
-    """The chains from the measured state, sigma zero, and the gain and drift there: eq. (6).
+    """The chains from the measured state, sigma zero, and the gain and drift there, known friction included: eq. (6).
 
     Args:
         tune: gains and limits.
@@ -91,7 +91,9 @@ def measured(
     px, py, pz = position.position_nwu_m
     vx, vy, vz = position.velocity_nwu_m_s
     z, yaw, x, y = state.estimates
-    chains = zeta(t, (pz, yaw.values[0], px, py), (vz, rates[2], vx, vy), body, GRAVITY_M_S2)
+    frictionless = zeta(t, (pz, yaw.values[0], px, py), (vz, rates[2], vx, vy), body, GRAVITY_M_S2)
+    a, b = tune.friction_1_s, tune.angular_friction_1_s
+    chains = tuple(_slowed(chain, f) for chain, f in zip(frictionless, (a, b, a, a), strict=True))
     span = interval(state.commands, z.stamp_us, position.stamp_us)
 
     def replaced(before: Estimate, channel: int) -> Estimate:
@@ -104,18 +106,27 @@ def measured(
         replaced(x, X),
         replaced(y, Y),
     )
-    return estimates, Gain(t, full=True, thrust_m_s2=body.thrust_m_s2, drift=q4(t, body))
+    qz, qyaw, qx, qy = q4(t, body, Friction(a, (b, b, b)), vertical_jerk_m_s3=chains[Z][3])
+    drift = (qz, qyaw, qx - a * chains[X][3], qy - a * chains[Y][3])
+    return estimates, Gain(t, full=True, thrust_m_s2=body.thrust_m_s2, drift=drift)
+
+
+def _slowed(chain: Vec4, friction_1_s: float) -> Vec4:
+    """zeta_3 and zeta_4 of a chain whose second derivative also has -friction zeta_2."""
+    first, second, third, fourth = chain
+    third -= friction_1_s * second
+    return (first, second, third, fourth - friction_1_s * third)
 
 
 def with_friction(tune: Tuning, gain: Gain, references: Chains) -> Gain:
-    """The friction that a motion along the reference meets, added to the drift; nothing is fed back by it.
+    """For the output feedback: the friction that a motion along the reference meets. Nothing is fed back by it.
 
     With x_dd = T theta - a x_d and theta_dd = u - b theta_d, the fourth derivative of x is
     T u - (a + b) x_ddd - a b x_dd; that of z has a alone, that of yaw b alone.
     """
     a, b = tune.friction_1_s, tune.angular_friction_1_s
-    if a == 0.0 and b == 0.0:
-        return gain
+    if gain.full or (a == 0.0 and b == 0.0):
+        return gain  # eq. (6) has it in q4 already
     z, yaw, x, y = references
     qz, qyaw, qx, qy = gain.drift
     return Gain(

@@ -145,7 +145,7 @@ def _thrust_terms(t: Trig, body: BodyState, rates: Vec3, turning: Vec3) -> Vec3:
 def zeta(t: Trig, outputs: Vec4, rates_of_outputs: Vec4, body: BodyState, gravity_m_s2: float) -> tuple[Vec4, ...]:
     """One chain (zeta_1 .. zeta_4) for each of z, yaw, x, y, from a full measured state.
 
-    Friction is not in zeta_3 and zeta_4: it is not known to the law, and eq. (6) is flown without sigma.
+    Friction is not in zeta_3 and zeta_4 here; `chains.measured` adds what is known of it.
     """
     (r1x, r1y, r1z), (r2x, r2y, r2z), (r3x, r3y, r3z) = columns(t)
     p, q, _ = body_rates(t, body.euler_rates_rad_s)

@@ -1,0 +1,145 @@
+"""The default law in closed loop with the plant of these tests: SIH's vehicle, noisy pose, 25 ms of delay, 50 ms of lag."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+
+import pytest
+
+from mavquad.control.params import LawParams
+from mavquad.control.reference import Pose, ReferenceParams, end_us, hold, plan_leg, sample
+from mavquad.types import ReferencePoint
+from tests.unit.control.plant import Flight, Link, Vehicle, fly
+
+QUIET = Link(white_m=0.0, wander_m=0.0, yaw_white_rad=0.0, rate_white_rad_s=0.0)
+HOVER = hold(Pose((0.0, 0.0, 0.0), 0.0))
+DIAGONAL_WIND = (2.1, -2.1, 0.0)
+
+
+def box() -> tuple[Callable[[float], ReferencePoint], float]:
+    """6 s of hover, a 2 m box with a quarter turn in one of its corners, 1 s of hold after each leg."""
+    quarter = math.pi / 2
+    poses = [
+        Pose((0.0, 0.0, 0.0), 0.0),
+        Pose((2.0, 0.0, 0.0), 0.0),
+        Pose((2.0, 2.0, 0.0), 0.0),
+        Pose((2.0, 2.0, 0.0), quarter),
+        Pose((0.0, 2.0, 0.0), quarter),
+        Pose((0.0, 0.0, 0.0), quarter),
+    ]
+    legs, start_us = [], 6_000_000
+    for origin, goal in itertools.pairwise(poses):
+        legs.append(plan_leg(ReferenceParams(), start_us, origin, goal))
+        start_us = end_us(legs[-1]) + 1_000_000
+
+    def reference(time_s: float) -> ReferencePoint:
+        stamp_us = round(time_s * 1e6)
+        begun = [leg for leg in legs if leg.start_us <= stamp_us]
+        return sample(begun[-1] if begun else legs[0], stamp_us)
+
+    return reference, start_us * 1e-6 + 2.0
+
+
+def _box_flight(**conditions: object) -> Flight:
+    reference, duration_s = box()
+    return fly(LawParams(), reference, duration_s, **conditions)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_hover_is_quiet(seed: int) -> None:
+    flight = fly(LawParams(), lambda _: HOVER, 25.0, seed=seed)
+    assert flight.rms_m(5.0) < 0.035
+    assert flight.max_m(5.0) < 0.10
+    assert flight.yaw_rms(5.0) < math.radians(1.5)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_box_in_calm(seed: int) -> None:
+    flight = _box_flight(seed=seed)
+    assert flight.rms_m(5.0) < 0.05
+    assert flight.max_m(5.0) < 0.15
+
+
+@pytest.mark.parametrize(
+    "conditions",
+    [
+        {},
+        {"link": Link(delay_s=0.035, loss=0.02), "vehicle": Vehicle(rotor_lag_s=0.065)},
+        {"link": Link(delay_s=0.015, loss=0.02), "vehicle": Vehicle(rotor_lag_s=0.035)},
+        {"vehicle": Vehicle(mass_kg=1.15, inertia=(0.029, 0.029, 0.0345))},
+        {"vehicle": Vehicle(mass_kg=0.85, inertia=(0.021, 0.021, 0.0255))},
+        {"link": Link(rate_hz=50.0)},
+        {"link": Link(white_m=0.006)},
+    ],
+)
+def test_box_in_wind_with_what_the_law_does_not_know(conditions: dict) -> None:
+    flight = _box_flight(wind=DIAGONAL_WIND, seed=7, **conditions)
+    assert not flight.crashed
+    assert flight.rms_m(5.0) < 0.30
+    assert flight.max_m(5.0) < 0.70
+    assert flight.error_m[-1] == pytest.approx((0.0, 0.0, 0.0), abs=0.1)
+
+
+def test_no_offset_remains_in_wind_or_with_a_wrong_mass() -> None:
+    for conditions in ({"wind": (3.0, 0.0, 0.5)}, {"vehicle": Vehicle(mass_kg=1.15)}):
+        flight = fly(LawParams(), lambda _: HOVER, 25.0, link=QUIET, **conditions)
+        assert flight.max_m(20.0) < 2e-3
+
+
+@pytest.mark.parametrize(("link", "end_m"), [(QUIET, 0.01), (Link(), 0.25)])
+def test_a_gap_in_the_measurements_is_survived(link: Link, end_m: float) -> None:
+    """For 0.3 s the vehicle goes on with the last, noisy, torque; then the observer predicts over the whole gap."""
+    flight = fly(LawParams(), lambda _: HOVER, 22.0, blackout_s=(8.0, 8.3), wind=DIAGONAL_WIND, link=link)
+    assert not flight.crashed
+    assert flight.max_m(18.0) < end_m
+
+
+def test_attitudes_that_come_later_or_earlier_than_positions() -> None:
+    flight = fly(LawParams(), lambda _: HOVER, 12.0, link=Link(attitude_offset_us=5_000))
+    assert flight.max_m(5.0) < 0.12
+
+
+def test_turning_for_ever_keeps_the_place() -> None:
+    rate = 0.8
+
+    def turning(time_s: float) -> ReferencePoint:
+        still = (0.0,) * 5
+        ramp = max(time_s - 2.0, 0.0)
+        yaw = rate * ramp * ramp / (ramp + 2.0)
+        slope = rate * ramp * (ramp + 4.0) / (ramp + 2.0) ** 2
+        return ReferencePoint(still, (yaw, slope, 0.0, 0.0, 0.0), still, still)
+
+    flight = fly(LawParams(), turning, 40.0, link=QUIET)
+    assert flight.max_m(5.0) < 0.05
+    assert abs(flight.yaw_error[-1]) < 0.05
+
+
+def test_state_feedback_flies_the_box_in_calm() -> None:
+    reference, duration_s = box()
+    flight = fly(LawParams(form="state_feedback"), reference, duration_s, link=QUIET)
+    assert flight.max_m(5.0) < 0.03
+
+
+def test_output_feedback_recovers_the_state_feedback_as_kappa_grows() -> None:
+    """A step small enough for b4 and b4(0, yaw) to be the same, the plant without what the chain does not know.
+
+    Rotors ideal, no delay, no friction: the distance between the two trajectories shrinks with 1 / kappa.
+    """
+    ideal = Vehicle(rotor_lag_s=0.0, drag_n_s_m=0.0, angular_drag=0.0)
+    link = Link(rate_hz=200.0, delay_s=0.0, white_m=0.0, wander_m=0.0, yaw_white_rad=0.0, rate_white_rad_s=0.0)
+    goal = hold(Pose((0.05, -0.03, 0.02), 0.02))
+    bare = {"omega0_rad_s": 2.0, "delay_s": 0.0, "lag_s": 0.0, "friction_1_s": 0.0, "angular_friction_1_s": 0.0}
+
+    def path(**tuning: object) -> list[tuple[float, float, float]]:
+        return fly(LawParams(**{**bare, **tuning}), lambda _: goal, 8.0, vehicle=ideal, link=link).truth
+
+    yardstick = path(form="state_feedback")
+    gaps = [
+        max(math.dist(a, b) for a, b in zip(path(kappa_rad_s=kappa, yaw_kappa_rad_s=kappa), yardstick, strict=True))
+        for kappa in (5.0, 10.0, 20.0, 40.0)
+    ]
+    assert gaps == sorted(gaps, reverse=True)
+    assert gaps[-1] < 0.35 * gaps[0]
+    assert gaps[-1] < 0.005
