@@ -64,12 +64,13 @@ class Interval:
     """What happens between two moments: the command in force at the start and when others take over."""
 
     duration_us: int
+    whole: Response
     first: Vec4
-    switches: tuple[tuple[int, Vec4], ...]
-    """(time left until the end in us, change of the command)."""
+    switches: tuple[tuple[tuple[float, ...], Vec4], ...]
+    """(answer to a unit step of that age at the end, change of the command)."""
 
 
-def interval(commands: tuple[Command, ...], from_us: int, to_us: int) -> Interval:
+def interval(length: int, lag_s: float, commands: tuple[Command, ...], from_us: int, to_us: int) -> Interval:
     """The commands in force between two moments. Before the first command its own value is taken."""
     in_force = commands[0][1]
     first = in_force
@@ -78,9 +79,10 @@ def interval(commands: tuple[Command, ...], from_us: int, to_us: int) -> Interva
         if start_us <= from_us:
             first = value
         elif start_us < to_us:
-            switches.append((to_us - start_us, _difference(value, in_force)))
+            switches.append((response(length, lag_s, to_us - start_us).step, _difference(value, in_force)))
         in_force = value
-    return Interval(to_us - from_us, first, tuple(switches))
+    duration_us = to_us - from_us
+    return Interval(duration_us, response(length, lag_s, duration_us), first, tuple(switches))
 
 
 def appended(commands: tuple[Command, ...], new: Command, oldest_needed_us: int) -> tuple[Command, ...]:
@@ -94,53 +96,61 @@ def appended(commands: tuple[Command, ...], new: Command, oldest_needed_us: int)
     return (*kept, new)
 
 
-def advance(
-    length: int, lag_s: float, state: tuple[float, ...], lagged: float, span: Interval, channel: int
-) -> tuple[tuple[float, ...], float]:
+def advance(state: tuple[float, ...], lagged: float, span: Interval, channel: int) -> tuple[tuple[float, ...], float]:
     """One chain (zeta_1 .. zeta_r, sigma) and its lagged input at the end of the interval, exactly."""
-    whole = response(length, lag_s, span.duration_us)
-    first = span.first[channel]
+    if len(state) == FLOWN_LENGTH + 1:
+        return advance_flown(state, lagged, span, channel)
+    return advance_any(state, lagged, span, channel)
+
+
+def advance_any(
+    state: tuple[float, ...], lagged: float, span: Interval, channel: int
+) -> tuple[tuple[float, ...], float]:
+    """`advance` for a chain of any length."""
+    whole, first = span.whole, span.first[channel]
     driven = [s * first + m * lagged for s, m in zip(whole.step, whole.memory, strict=True)]
-    for left_us, change in span.switches:
-        size = change[channel]
-        driven = [d + s * size for d, s in zip(driven, response(length, lag_s, left_us).step, strict=True)]
+    for step, change in span.switches:
+        driven = [d + s * change[channel] for d, s in zip(driven, step, strict=True)]
     lagged_end = driven.pop()
-    if length == FLOWN_LENGTH:
-        return _coasted_flown(whole.taylor, state, driven), lagged_end
-    return coasted(whole.taylor, state, driven), lagged_end
-
-
-def coasted(taylor: tuple[float, ...], state: tuple[float, ...], driven: list[float]) -> tuple[float, ...]:
-    """The chain's own motion added to what the input did to it; sigma, the last, stays."""
-    ends = []
-    for i, start in enumerate(driven):
-        total = start
-        for coefficient, value in zip(taylor, state[i:], strict=False):
+    for i, total in enumerate(driven):
+        for coefficient, value in zip(whole.taylor, state[i:], strict=False):
             total += coefficient * value
-        ends.append(total)
-    return (*ends, state[-1])
+        driven[i] = total
+    return (*driven, state[-1]), lagged_end
 
 
-def _coasted_flown(taylor: tuple[float, ...], state: tuple[float, ...], driven: list[float]) -> tuple[float, ...]:
-    """`coasted` written out for r = 4, the same sums in the same order: eight of these are most of a step's cost."""
-    _, h1, h2, h3, h4 = taylor
+def advance_flown(
+    state: tuple[float, ...], lagged: float, span: Interval, channel: int
+) -> tuple[tuple[float, ...], float]:
+    """`advance` written out for r = 4, the same sums in the same order: eight of these are most of a step's cost."""
+    whole, first = span.whole, span.first[channel]
+    s1, s2, s3, s4, sa = whole.step
+    m1, m2, m3, m4, ma = whole.memory
+    d1, d2, d3 = s1 * first + m1 * lagged, s2 * first + m2 * lagged, s3 * first + m3 * lagged
+    d4, lagged_end = s4 * first + m4 * lagged, sa * first + ma * lagged
+    for (s1, s2, s3, s4, sa), change in span.switches:
+        size = change[channel]
+        d1 += s1 * size
+        d2 += s2 * size
+        d3 += s3 * size
+        d4 += s4 * size
+        lagged_end += sa * size
+    _, h1, h2, h3, h4 = whole.taylor
     z1, z2, z3, z4, sigma = state
-    d1, d2, d3, d4 = driven
     return (
         d1 + z1 + h1 * z2 + h2 * z3 + h3 * z4 + h4 * sigma,
         d2 + z2 + h1 * z3 + h2 * z4 + h3 * sigma,
         d3 + z3 + h1 * z4 + h2 * sigma,
         d4 + z4 + h1 * sigma,
         sigma,
-    )
+    ), lagged_end
 
 
-def lagged_input(lag_s: float, lagged: float, span: Interval, channel: int) -> float:
+def lagged_input(lagged: float, span: Interval, channel: int) -> float:
     """The lag's output alone at the end of the interval."""
-    whole = response(1, lag_s, span.duration_us)
-    end = whole.step[1] * span.first[channel] + whole.memory[1] * lagged
-    for left_us, change in span.switches:
-        end += response(1, lag_s, left_us).step[1] * change[channel]
+    end = span.whole.step[-1] * span.first[channel] + span.whole.memory[-1] * lagged
+    for step, change in span.switches:
+        end += step[-1] * change[channel]
     return end
 
 

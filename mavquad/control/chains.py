@@ -8,6 +8,7 @@ from mavquad.control.inversion import Gain
 from mavquad.control.model import GRAVITY_M_S2
 from mavquad.control.normal_form import BodyState, Friction, q4, zeta
 from mavquad.control.observer import Estimate, correct, predict
+from mavquad.control.params import CHAIN_LENGTH
 from mavquad.control.state import YAW, Chains, ControllerState, Estimates, Rotors, X, Y, Z
 from mavquad.control.tuning import Tuning
 from mavquad.frames import unwrap_near
@@ -18,7 +19,7 @@ def observed_yaw(tune: Tuning, state: ControllerState, stamp_us: int, yaw_rad: f
     """The yaw chain corrected by a yaw of any turn: it is unwrapped beside the prediction."""
     before = state.estimates[YAW]
     gains = tune.observers[YAW]
-    predicted = predict(gains, before, YAW, interval(state.commands, before.stamp_us, stamp_us))
+    predicted = predict(before, YAW, interval(CHAIN_LENGTH, tune.lag_s, state.commands, before.stamp_us, stamp_us))
     return correct(gains, predicted, unwrap_near(yaw_rad, predicted.values[0]), stamp_us - before.stamp_us)
 
 
@@ -26,36 +27,37 @@ def observed(tune: Tuning, state: ControllerState, position: Position) -> Estima
     """z, x, y predicted to the position's stamp and corrected; yaw as it is."""
     z, yaw, x, y = state.estimates
     px, py, pz = position.position_nwu_m
-    span = interval(state.commands, z.stamp_us, position.stamp_us)
+    span = interval(CHAIN_LENGTH, tune.lag_s, state.commands, z.stamp_us, position.stamp_us)
     dt_us = span.duration_us
     gains = tune.observers[Z]
     return (
-        correct(gains, predict(gains, z, Z, span), pz, dt_us),
+        correct(gains, predict(z, Z, span), pz, dt_us),
         yaw,
-        correct(gains, predict(gains, x, X, span), px, dt_us),
-        correct(gains, predict(gains, y, Y, span), py, dt_us),
+        correct(gains, predict(x, X, span), px, dt_us),
+        correct(gains, predict(y, Y, span), py, dt_us),
     )
 
 
 def look_ahead(tune: Tuning, estimates: Estimates, commands: tuple[Command, ...], until_us: int) -> Chains:
     """(zeta_1 .. zeta_4, sigma) of each channel at a later moment, with the commands that are in flight."""
     z, yaw, x, y = estimates
-    gains = tune.observers
-    span = interval(commands, z.stamp_us, until_us)
-    yaw_span = span if yaw.stamp_us == z.stamp_us else interval(commands, yaw.stamp_us, until_us)
+    span = interval(CHAIN_LENGTH, tune.lag_s, commands, z.stamp_us, until_us)
+    yaw_span = (
+        span if yaw.stamp_us == z.stamp_us else interval(CHAIN_LENGTH, tune.lag_s, commands, yaw.stamp_us, until_us)
+    )
     return (
-        predict(gains[Z], z, Z, span).values,
-        predict(gains[YAW], yaw, YAW, yaw_span).values,
-        predict(gains[X], x, X, span).values,
-        predict(gains[Y], y, Y, span).values,
+        predict(z, Z, span).values,
+        predict(yaw, YAW, yaw_span).values,
+        predict(x, X, span).values,
+        predict(y, Y, span).values,
     )
 
 
 def rotors_at(tune: Tuning, state: ControllerState, stamp_us: int) -> Rotors:
     """u1 and u2 behind the rotors' lag at a moment, from the thrusts and yaw inputs that were sent."""
     before = state.rotors
-    span = interval(before.sent, before.stamp_us, stamp_us)
-    lagged = (lagged_input(tune.lag_s, before.lagged[0], span, 0), lagged_input(tune.lag_s, before.lagged[1], span, 1))
+    span = interval(CHAIN_LENGTH, tune.lag_s, before.sent, before.stamp_us, stamp_us)
+    lagged = (lagged_input(before.lagged[0], span, 0), lagged_input(before.lagged[1], span, 1))
     return Rotors(stamp_us, lagged, before.sent)
 
 
@@ -63,7 +65,7 @@ def _rates_of(tune: Tuning, state: ControllerState, rotors: Rotors) -> tuple[flo
     """Their derivatives: a_d = (sent - a) / lag, or what is being integrated when there is no lag."""
     if tune.lag_s <= 0.0:
         return state.thrust.rate, state.yaw.rate
-    sent = interval(rotors.sent, rotors.stamp_us, rotors.stamp_us).first
+    sent = interval(CHAIN_LENGTH, tune.lag_s, rotors.sent, rotors.stamp_us, rotors.stamp_us).first
     return (sent[0] - rotors.lagged[0]) / tune.lag_s, (sent[1] - rotors.lagged[1]) / tune.lag_s
 
 
@@ -94,10 +96,10 @@ def measured(
     frictionless = zeta(t, (pz, yaw.values[0], px, py), (vz, rates[2], vx, vy), body, GRAVITY_M_S2)
     a, b = tune.friction_1_s, tune.angular_friction_1_s
     chains = tuple(_slowed(chain, f) for chain, f in zip(frictionless, (a, b, a, a), strict=True))
-    span = interval(state.commands, z.stamp_us, position.stamp_us)
+    span = interval(CHAIN_LENGTH, tune.lag_s, state.commands, z.stamp_us, position.stamp_us)
 
     def replaced(before: Estimate, channel: int) -> Estimate:
-        lagged = lagged_input(tune.lag_s, before.lagged_input, span, channel)
+        lagged = lagged_input(before.lagged_input, span, channel)
         return Estimate(position.stamp_us, (*chains[channel], 0.0), lagged)
 
     estimates = (

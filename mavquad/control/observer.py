@@ -38,10 +38,9 @@ class Estimate:
     """What the replica of the actuator gives out at this moment."""
 
 
-def predict(gains: ObserverGains, estimate: Estimate, channel: int, span: Interval) -> Estimate:
+def predict(estimate: Estimate, channel: int, span: Interval) -> Estimate:
     """The estimate at the end of the interval, no measurement used."""
-    length = len(gains.moduli) - 1
-    values, lagged = advance(length, gains.lag_s, estimate.values, estimate.lagged_input, span, channel)
+    values, lagged = advance(estimate.values, estimate.lagged_input, span, channel)
     return Estimate(estimate.stamp_us + span.duration_us, values, lagged)
 
 
@@ -65,5 +64,5 @@ def update(
     dt_us = stamp_us - estimate.stamp_us
     if dt_us < 0:
         return None
-    span = interval(commands, estimate.stamp_us, stamp_us)
-    return correct(gains, predict(gains, estimate, channel, span), measured, dt_us)
+    span = interval(len(gains.moduli) - 1, gains.lag_s, commands, estimate.stamp_us, stamp_us)
+    return correct(gains, predict(estimate, channel, span), measured, dt_us)

@@ -47,7 +47,7 @@ def test_learns_a_constant_disturbance_beside_a_known_input() -> None:
     truth, lagged = (0.0, 0.0, 0.0, 0.0, 0.7), 0.0
     estimate = Estimate(0, (0.1, 0.0, 0.0, 0.0, 0.0), 0.0)
     for now in range(10_000, 4_000_000, 10_000):
-        truth, lagged = advance(4, 0.05, truth, lagged, interval(commands, now - 10_000, now), 0)
+        truth, lagged = advance(truth, lagged, interval(4, 0.05, commands, now - 10_000, now), 0)
         after = update(gains, estimate, 0, commands, now, truth[0])
         assert after is not None
         estimate = after
