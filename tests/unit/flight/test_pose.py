@@ -1,0 +1,109 @@
+"""What counts as a measurement, and when the pose is stale."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from mavquad.flight.guards import GuardParams, Tripped
+from mavquad.flight.pose import PoseIntake
+from mavquad.protocol.codec import mavlink
+
+ATTITUDE_FIELDS = ("roll", "pitch", "yaw", "rollspeed", "pitchspeed", "yawspeed")
+POSITION_FIELDS = ("x", "y", "z", "vx", "vy", "vz")
+
+
+def attitude(stamp_ms=1000, **changes):
+    return mavlink.MAVLink_attitude_message(stamp_ms, **{**dict.fromkeys(ATTITUDE_FIELDS, 0.1), **changes})
+
+
+def position(stamp_ms=1000, **changes):
+    return mavlink.MAVLink_local_position_ned_message(stamp_ms, **{**dict.fromkeys(POSITION_FIELDS, 0.1), **changes})
+
+
+def intake(stale_pose_s=0.1):
+    return PoseIntake(GuardParams(stale_pose_s=stale_pose_s))
+
+
+BOTH = pytest.mark.parametrize(("kind", "message"), [("attitude", attitude), ("position", position)])
+
+
+def take(pose, kind, message, now_us=0):
+    return getattr(pose, f"take_{kind}")(message, now_us)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize(
+    ("kind", "message", "field"),
+    [("attitude", attitude, f) for f in ATTITUDE_FIELDS] + [("position", position, f) for f in POSITION_FIELDS],
+)
+def test_a_value_that_is_not_finite_trips_and_is_not_kept(kind, message, field, value):
+    pose = intake()
+    good = take(pose, kind, message(1000))
+    tripped = take(pose, kind, message(1010, **{field: value}))
+    assert isinstance(tripped, Tripped)
+    assert tripped.name == "NaN"
+    assert getattr(pose, kind) is good
+
+
+@BOTH
+def test_a_newer_one_is_kept_with_the_vehicles_stamp(kind, message):
+    pose = intake()
+    for stamp_ms in (1000, 1001, 5000):
+        assert take(pose, kind, message(stamp_ms)).stamp_us == stamp_ms * 1000
+    assert getattr(pose, kind).stamp_us == 5_000_000
+    assert pose.old == 0
+
+
+@BOTH
+@pytest.mark.parametrize("stamp_ms", [1000, 999, 0])
+def test_an_old_or_repeated_one_is_counted_and_not_used(kind, message, stamp_ms):
+    pose = intake()
+    first = take(pose, kind, message(1000), 100)
+    assert take(pose, kind, message(stamp_ms), 200) is None
+    assert pose.old == 1
+    assert getattr(pose, kind) is first
+
+
+@pytest.mark.parametrize("first", ["attitude", "position"])
+def test_the_stale_deadline_is_that_of_the_older_stream(first):
+    pose = intake(0.25)
+    messages = {"attitude": attitude, "position": position}
+    other = next(kind for kind in messages if kind != first)
+    take(pose, first, messages[first](), 1000)
+    assert pose.stale_deadline_us() < 0
+    take(pose, other, messages[other](), 5000)
+    assert pose.stale_deadline_us() == 1000 + 250_000
+
+
+@BOTH
+def test_old_and_repeated_ones_do_not_put_the_deadline_off(kind, message):
+    pose = intake()
+    take(pose, "attitude", attitude(), 0)
+    take(pose, "position", position(), 0)
+    other = "position" if kind == "attitude" else "attitude"
+    take(pose, other, {"attitude": attitude, "position": position}[other](2000), 50_000)
+    take(pose, kind, message(1000), 60_000)
+    assert pose.stale_deadline_us() == 100_000
+
+
+def test_stale_at_the_deadline_and_not_a_step_before_it():
+    pose = intake()
+    take(pose, "attitude", attitude(), 40_000)
+    take(pose, "position", position(), 20_000)
+    deadline_us = pose.stale_deadline_us()
+    assert pose.stale(deadline_us - 4) is None
+    assert pose.stale(deadline_us).words == "no LOCAL_POSITION_NED for 0.10 s, 0.1 s allowed"
+    assert pose.stale(200_000).words == "no ATTITUDE for 0.16 s, 0.1 s allowed"
+
+
+def test_nothing_ever_heard_is_stale():
+    assert intake().stale(0).name == "stale pose"
+
+
+def test_forget_takes_stamps_that_begin_again():
+    pose = intake()
+    take(pose, "position", position(50_000))
+    pose.forget()
+    assert take(pose, "position", position(10)).stamp_us == 10_000
