@@ -31,13 +31,13 @@ class Estimate:
 
 
 class Estimator:
-    """Turns the truth of each tick into an `Estimate`; draws from its own seeded generator."""
+    """Turns the truth of each tick into an `Estimate`; draws from its own seeded generator, the same number each tick."""
 
     def __init__(self, config: SensorsConfig, seed: int) -> None:
         self._config = config
         self._random = random.Random(seed)
         self._history: deque[tuple[int, VehicleState]] = deque()
-        self._wander_m = self._white(config.position_wander_m)
+        self._wander_m = _noisy(ZERO3, config.position_wander_m, self._normals(), 0)
         self._attitude_noise_rad = math.radians(config.attitude_noise_deg)
 
     def step(self, truth: VehicleState, boot_us: int, dt_s: float) -> Estimate:
@@ -46,28 +46,35 @@ class Estimator:
         self._history.append((boot_us, truth))
         sample_us = max(0, boot_us - config.age_ms * 1000)
         position, velocity, quaternion, rates = self._truth_at(sample_us)
-        self._drift(dt_s)
-        euler = _sum(to_euler(quaternion), self._white(self._attitude_noise_rad))
+        normals = self._normals()
+        self._drift(dt_s, normals)
+        x, y, z = position
+        dx, dy, dz = self._wander_m
+        euler = _noisy(to_euler(quaternion), self._attitude_noise_rad, normals, 3)
         return Estimate(
             sample_us,
-            _sum(_sum(position, self._wander_m), self._white(config.position_noise_m)),
-            _sum(velocity, self._white(config.velocity_noise_m_s)),
+            _noisy((x + dx, y + dy, z + dz), config.position_noise_m, normals, 6),
+            _noisy(velocity, config.velocity_noise_m_s, normals, 9),
             from_euler(*euler),
             euler,
-            _sum(rates, self._white(config.rates_noise_rad_s)),
+            _noisy(rates, config.rates_noise_rad_s, normals, 12),
         )
 
-    def _white(self, sd: float) -> Vec3:
-        if sd == 0.0:
-            return ZERO3
-        gauss = self._random.gauss
-        return (gauss(0.0, sd), gauss(0.0, sd), gauss(0.0, sd))
+    def _normals(self) -> list[float]:
+        """Sixteen standard normal numbers (Box and Muller); twice as fast as fifteen calls of `gauss`."""
+        uniform = self._random.random
+        normals: list[float] = []
+        for _ in range(8):
+            angle = math.tau * uniform()
+            radius = math.sqrt(-2.0 * math.log(1.0 - uniform()))
+            normals += (radius * math.cos(angle), radius * math.sin(angle))
+        return normals
 
-    def _drift(self, dt_s: float) -> None:
+    def _drift(self, dt_s: float, normals: list[float]) -> None:
         keep = math.exp(-dt_s / self._config.position_wander_time_s)
-        fresh = self._white(self._config.position_wander_m * math.sqrt(1.0 - keep * keep))
+        fresh = self._config.position_wander_m * math.sqrt(1.0 - keep * keep)
         x, y, z = self._wander_m
-        self._wander_m = (keep * x + fresh[0], keep * y + fresh[1], keep * z + fresh[2])
+        self._wander_m = _noisy((keep * x, keep * y, keep * z), fresh, normals, 0)
 
     def _truth_at(self, sample_us: int) -> tuple[Vec3, Vec3, Quaternion, Vec3]:
         """The truth between two ticks, linear in each component: within 2e-5 m for 4 ms at 10 m/s^2."""
@@ -90,8 +97,8 @@ class Estimator:
         )
 
 
-def _sum(a: Vec3, b: Vec3) -> Vec3:
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+def _noisy(value: Vec3, sd: float, normals: list[float], at: int) -> Vec3:
+    return (value[0] + sd * normals[at], value[1] + sd * normals[at + 1], value[2] + sd * normals[at + 2])
 
 
 def _mix(a: Vec3, b: Vec3, part: float) -> Vec3:
