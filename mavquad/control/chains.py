@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mavquad.control.actuation import Command, interval, lagged_input
+from mavquad.control.actuation import Command, advance, interval, lagged_input
 from mavquad.control.euler import Trig
 from mavquad.control.inversion import Gain
 from mavquad.control.model import GRAVITY_M_S2
@@ -23,9 +23,9 @@ def observed_yaw(tune: Tuning, state: ControllerState, stamp_us: int, yaw_rad: f
     return correct(gains, predicted, unwrap_near(yaw_rad, predicted.values[0]), stamp_us - before.stamp_us)
 
 
-def observed(tune: Tuning, state: ControllerState, position: Position) -> Estimates:
-    """z, x, y predicted to the position's stamp and corrected; yaw as it is."""
-    z, yaw, x, y = state.estimates
+def observed(tune: Tuning, state: ControllerState, position: Position, yaw: Estimate) -> Estimates:
+    """z, x, y predicted to the position's stamp and corrected; yaw as given."""
+    z, _, x, y = state.estimates
     px, py, pz = position.position_nwu_m
     span = interval(CHAIN_LENGTH, tune.lag_s, state.commands, z.stamp_us, position.stamp_us)
     dt_us = span.duration_us
@@ -46,10 +46,10 @@ def look_ahead(tune: Tuning, estimates: Estimates, commands: tuple[Command, ...]
         span if yaw.stamp_us == z.stamp_us else interval(CHAIN_LENGTH, tune.lag_s, commands, yaw.stamp_us, until_us)
     )
     return (
-        predict(z, Z, span).values,
-        predict(yaw, YAW, yaw_span).values,
-        predict(x, X, span).values,
-        predict(y, Y, span).values,
+        advance(z.values, z.lagged_input, span, Z)[0],
+        advance(yaw.values, yaw.lagged_input, yaw_span, YAW)[0],
+        advance(x.values, x.lagged_input, span, X)[0],
+        advance(y.values, y.lagged_input, span, Y)[0],
     )
 
 
@@ -70,14 +70,15 @@ def _rates_of(tune: Tuning, state: ControllerState, rotors: Rotors) -> tuple[flo
 
 
 def measured(
-    tune: Tuning, state: ControllerState, position: Position, t: Trig, rates: Vec3, rotors: Rotors
+    tune: Tuning, state: ControllerState, position: Position, yaw: Estimate, t: Trig, rates: Vec3, rotors: Rotors
 ) -> tuple[Estimates, Gain]:
     """The chains from the measured state, sigma zero, and the gain and drift there, known friction included: eq. (6).
 
     Args:
         tune: gains and limits.
-        state: before this step; its yaw chain already has this attitude.
+        state: before this step.
         position: measured.
+        yaw: the yaw chain, which already has this attitude.
         t: of the measured attitude.
         rates: Euler rates measured.
         rotors: at the position's stamp.
@@ -92,7 +93,7 @@ def measured(
     )
     px, py, pz = position.position_nwu_m
     vx, vy, vz = position.velocity_nwu_m_s
-    z, yaw, x, y = state.estimates
+    z, _, x, y = state.estimates
     frictionless = zeta(t, (pz, yaw.values[0], px, py), (vz, rates[2], vx, vy), body, GRAVITY_M_S2)
     a, b = tune.friction_1_s, tune.angular_friction_1_s
     chains = tuple(_slowed(chain, f) for chain, f in zip(frictionless, (a, b, a, a), strict=True))

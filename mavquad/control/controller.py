@@ -17,6 +17,7 @@ from mavquad.control.euler import body_acceleration, euler_rates, trig
 from mavquad.control.integrators import Integrator, advanced
 from mavquad.control.inversion import Bounds, Gain, Realised, realise
 from mavquad.control.limits import ChannelLimits, Demand, DemandLimits, demand
+from mavquad.control.observer import Estimate
 from mavquad.control.params import LawParams
 from mavquad.control.reference import shifted
 from mavquad.control.state import YAW, Chains, ControllerState, Estimates, Rotors, StepResult, Trace, Z, begin
@@ -32,17 +33,19 @@ HOLD_MAX_S = 0.1
 
 def observe_attitude(params: LawParams, state: ControllerState, attitude: Attitude) -> ControllerState:
     """Correct the yaw chain; roll, pitch and rates are not used. A stamp already seen changes nothing."""
-    return _yaw_observed(tuning(params), state, attitude)
-
-
-def _yaw_observed(tune: Tuning, state: ControllerState, attitude: Attitude) -> ControllerState:
-    z, yaw, x, y = state.estimates
-    if attitude.stamp_us == yaw.stamp_us:
+    yaw, stale = _yaw_observed(tuning(params), state, attitude)
+    if yaw is state.estimates[YAW] and not stale:
         return state
-    if attitude.stamp_us < yaw.stamp_us:
-        return _with(state, state.estimates, state.stale_positions, state.stale_attitudes + 1)
-    yaw = observed_yaw(tune, state, attitude.stamp_us, attitude.yaw_rad)
-    return _with(state, (z, yaw, x, y), state.stale_positions, state.stale_attitudes)
+    z, _, x, y = state.estimates
+    return _with(state, (z, yaw, x, y), state.stale_positions, state.stale_attitudes + stale)
+
+
+def _yaw_observed(tune: Tuning, state: ControllerState, attitude: Attitude) -> tuple[Estimate, int]:
+    """The yaw chain after an attitude, and 1 when the attitude was older than it and refused."""
+    yaw = state.estimates[YAW]
+    if attitude.stamp_us <= yaw.stamp_us:
+        return yaw, int(attitude.stamp_us < yaw.stamp_us)
+    return observed_yaw(tune, state, attitude.stamp_us, attitude.yaw_rad), 0
 
 
 def step(
@@ -63,12 +66,12 @@ def step(
     tune = tuning(params)
     t = trig(attitude.roll_rad, attitude.pitch_rad, attitude.yaw_rad)
     rates = euler_rates(t, attitude.rates_flu_rad_s)
-    state = _yaw_observed(tune, state, attitude)
+    yaw_now, stale_attitude = _yaw_observed(tune, state, attitude)
     if params.form == "output_feedback":
-        rotors, estimates, gain = state.rotors, observed(tune, state, position), Gain(t, full=False)
+        rotors, estimates, gain = state.rotors, observed(tune, state, position, yaw_now), Gain(t, full=False)
     else:
         rotors = rotors_at(tune, state, position.stamp_us)
-        estimates, gain = measured(tune, state, position, t, rates, rotors)
+        estimates, gain = measured(tune, state, position, yaw_now, t, rates, rotors)
     act_us = position.stamp_us + tune.delay_us
     law_us = act_us + tune.bridge_us
     bounds = _bounds(tune, state.trim_m_s2)
@@ -93,7 +96,7 @@ def step(
         command=command,
         trace=trace,
         stale_positions=state.stale_positions,
-        stale_attitudes=state.stale_attitudes,
+        stale_attitudes=state.stale_attitudes + stale_attitude,
     )
     return StepResult(command, after, trace)
 

@@ -46,13 +46,22 @@ class Bounds:
 def realise(gain: Gain, demanded: Vec4, levels: Vec4, thrust: Integrator, yaw: Integrator, bounds: Bounds) -> Realised:
     """U = sat_N(B^-1 (w - q)), its first two entries kept to what the integrators may take, and w = q + B U again."""
     wanted = _solve(gain, demanded)
-    v1, v2, roll, pitch = (smooth_saturation(u, n) for u, n in zip(wanted, levels, strict=True))
-    v1_allowed = allowed_drive(thrust, v1, bounds.thrust_low_m_s2, bounds.thrust_high_m_s2)
-    v2_allowed = allowed_drive(yaw, v2, -bounds.yaw_high_rad_s2, bounds.yaw_high_rad_s2)
-    active = [name for name, u, n in zip(_SATURATED, wanted, levels, strict=True) if is_saturated(u, n)]
-    active += [name for name, a, b in zip(_STOPPED, (v1, v2), (v1_allowed, v2_allowed), strict=True) if a != b]
-    inputs = (v1_allowed, v2_allowed, roll, pitch)
-    return Realised(inputs, _apply(gain, inputs), tuple(active))
+    n1, n2, n3, n4 = levels
+    v1, v2 = smooth_saturation(wanted[0], n1), smooth_saturation(wanted[1], n2)
+    inputs = (
+        allowed_drive(thrust, v1, bounds.thrust_low_m_s2, bounds.thrust_high_m_s2),
+        allowed_drive(yaw, v2, -bounds.yaw_high_rad_s2, bounds.yaw_high_rad_s2),
+        smooth_saturation(wanted[2], n3),
+        smooth_saturation(wanted[3], n4),
+    )
+    active = () if inputs == wanted else _active(wanted, (v1, v2), inputs, levels)
+    return Realised(inputs, _apply(gain, inputs), active)
+
+
+def _active(wanted: Vec4, smoothed: tuple[float, float], inputs: Vec4, levels: Vec4) -> tuple[str, ...]:
+    saturated = [name for name, u, n in zip(_SATURATED, wanted, levels, strict=True) if is_saturated(u, n)]
+    stopped = [name for name, a, b in zip(_STOPPED, smoothed, inputs, strict=False) if a != b]
+    return (*saturated, *stopped)
 
 
 def _solve(gain: Gain, w: Vec4) -> Vec4:
