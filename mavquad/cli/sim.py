@@ -55,8 +55,10 @@ class _Truth:
 
     def keep(self, agent: Agent) -> None:
         """Remember the present truth while the law flies."""
+        if agent.phase is not Phase.FLYING:
+            return
         truth = self._mock.truth()
-        if agent.phase is Phase.FLYING and self._stamps_us[-1:] != [truth.boot_us]:
+        if self._stamps_us[-1:] != [truth.boot_us]:
             self._stamps_us.append(truth.boot_us)
             self._positions_ned_m.append(truth.position_ned_m)
 
