@@ -75,6 +75,7 @@ class ScriptedVehicle:
     version: tuple[int, int, int] = (1, 13, 3)
     muted: set[str] = field(default_factory=set)
     lost: Callable[[Any], bool] = lambda message: False
+    repeated: Callable[[Any], bool] = lambda message: False
     period_ticks: int = 1
     mode: px4.Mode = px4.LOITER
     armed: bool = False
@@ -100,7 +101,7 @@ class ScriptedVehicle:
     def say(self, message: Any) -> None:
         frame = self.encoder.encode(message)
         if message.get_type() not in self.muted and not self.lost(message):
-            self.outbox.append(frame)
+            self.outbox += [frame] * (2 if self.repeated(message) else 1)
 
     def ack(self, result: int) -> None:
         self.say(mavlink.MAVLink_command_ack_message(self.command.command, result, 0, 0, 245, 190))

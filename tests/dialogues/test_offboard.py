@@ -102,6 +102,13 @@ def test_a_hand_back_that_is_refused_lands_all_the_same():
     assert dialogue.agent.error.exit_code == 3
 
 
+def test_a_hand_back_is_believed_when_heartbeat_shows_it():
+    dialogue = Dialogue(ScriptedVehicle(answers={"loiter": answer(ACCEPTED)})).run()
+    assert "mode AUTO.LOITER (waited 5.0 s)" in dialogue.agent.error.message
+    assert dialogue.names()[-3:] == ["loiter", SETPOINT, "land"]
+    assert len([sent for sent in dialogue.of(SETPOINT) if sent.phase is Phase.HANDING_BACK]) > 400
+
+
 def test_a_hand_back_that_is_not_answered_lands_all_the_same():
     dialogue = Dialogue(ScriptedVehicle(answers={"loiter": silent})).run()
     assert len(dialogue.of("loiter")) > 10

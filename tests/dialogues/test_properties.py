@@ -19,9 +19,12 @@ from tests.dialogues.peer import PARAMS, SETPOINT, START_US, Dialogue, ScriptedV
 LAW_PHASES = {Phase.ENGAGING, Phase.FLYING, Phase.HANDING_BACK}
 
 
-def lossy_flight(seed, loss):
+def lossy_flight(seed, loss, repeats=0.0):
     chance = random.Random(seed)
-    return Dialogue(ScriptedVehicle(lost=lambda message: chance.random() < loss)).run(limit_s=300.0)
+    vehicle = ScriptedVehicle(
+        lost=lambda message: chance.random() < loss, repeated=lambda message: chance.random() < repeats
+    )
+    return Dialogue(vehicle).run(limit_s=300.0)
 
 
 def fresh_position_stamps(dialogue):
@@ -38,7 +41,7 @@ def fresh_position_stamps(dialogue):
 @settings(max_examples=25, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 2**31), loss=st.sampled_from([0.0, 0.02, 0.1, 0.3]))
 def test_every_setpoint_answers_a_fresh_position_but_for_one_safe_one(seed, loss):
-    dialogue = lossy_flight(seed, loss)
+    dialogue = lossy_flight(seed, loss, repeats=0.1)
     fresh = fresh_position_stamps(dialogue)
     setpoints = dialogue.of(SETPOINT)
     without = [sent for sent in setpoints if sent.stamp_us not in fresh]
