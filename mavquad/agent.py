@@ -20,7 +20,7 @@ from mavquad.flight.machine import IN_FLIGHT, Event, Phase, next_phase
 from mavquad.flight.pose import PoseIntake
 from mavquad.flight_record import TraceRow
 from mavquad.protocol import command as commands
-from mavquad.protocol.codec import Encoder, Message, mavlink
+from mavquad.protocol.codec import Encoder, Message, decode, mavlink, message_id
 from mavquad.protocol.command import Command, CommandExchange, Reply
 from mavquad.protocol.firmware import px4
 from mavquad.protocol.link import Link, heartbeat
@@ -136,12 +136,12 @@ class Agent:
         if self._heartbeat_us == NEVER_US and not self.done:
             self._heartbeat_us = now_us + HEARTBEAT_US
             self._send(heartbeat())
-        message = self.link.accept(data, now_us)
-        if message is None or self.phase is Phase.DONE:
+        if not self.link.accept(data, now_us) or self.phase is Phase.DONE:
             return
-        handler = self._HANDLERS.get(message.get_msgId())
+        # A message that nobody here reads is not worth decoding.
+        handler = self._HANDLERS.get(message_id(data))
         if handler is not None:
-            handler(self, message)
+            handler(self, decode(data))
 
     def next_deadline_us(self) -> int:
         """The earliest of: heartbeat, a repeated request, the phase's time limit, the age of the pose."""

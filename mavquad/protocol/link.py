@@ -72,17 +72,17 @@ class Link:
         self.foreign = 0
         self.last_heard_us = 0
 
-    def accept(self, frame: bytes, now_us: int) -> Message | None:
-        """The message of a frame if it is the vehicle's, else None."""
+    def accept(self, frame: bytes, now_us: int) -> bool:
+        """Whether a frame is the vehicle's; the first autopilot heard becomes the vehicle."""
         source = frame_source(frame)
         if self.vehicle is None and message_id(frame) == HEARTBEAT_ID:
             self._try_lock(source, decode(frame))
         if source != self.vehicle:
             self.foreign += 1
-            return None
+            return False
         self._count_lost(frame_sequence(frame))
         self.last_heard_us = now_us
-        return decode(frame)
+        return True
 
     def _try_lock(self, source: tuple[int, int], heartbeat: Message) -> None:
         wanted = self._params.target_system

@@ -33,6 +33,7 @@ def wanted(params: StreamParams) -> tuple[tuple[str, int, float], ...]:
         ("SYS_STATUS", mavlink.MAVLINK_MSG_ID_SYS_STATUS, 2.0),
         ("EXTENDED_SYS_STATE", mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, 5.0),
         ("ATTITUDE_QUATERNION", mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION, 0.0),
+        ("GLOBAL_POSITION_INT", mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, 0.0),
         ("HIGHRES_IMU", mavlink.MAVLINK_MSG_ID_HIGHRES_IMU, 0.0),
         ("ODOMETRY", mavlink.MAVLINK_MSG_ID_ODOMETRY, 0.0),
     )

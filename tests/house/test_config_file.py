@@ -1,5 +1,6 @@
 """The configuration that comes with the package is complete, commented, and says the defaults."""
 
+import itertools
 import json
 import tomllib
 
@@ -26,6 +27,6 @@ def test_it_has_every_key_with_its_default_value() -> None:
 
 def test_every_key_and_table_has_a_comment_above_it() -> None:
     lines = TEXT.splitlines()
-    for above, line in zip(lines, lines[1:], strict=False):
+    for above, line in itertools.pairwise(lines):
         if line and not line.startswith("#"):
             assert above.startswith(("#", "[")), line
