@@ -1,7 +1,8 @@
-"""What one step of the law leaves behind: the row that the agent hands out and `trace.csv` keeps."""
+"""What a flight leaves behind: the row of each step of the law, the lines of its story, and a snapshot of any moment."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from mavquad.types import Vec4
@@ -36,3 +37,61 @@ class TraceRow:
     input: Vec4
     controls: Vec4
     limits: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """A line of the flight's story: a phase entered, a text of the vehicle, a guard."""
+
+    stamp_us: int
+    kind: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """What a display wants to know at any moment.
+
+    Attributes:
+        phase: name of the flight phase.
+        mode: name of the autopilot's mode, "" before it is known.
+        armed: as HEARTBEAT has it.
+        vehicle: autopilot, version and ids, in words.
+        version: the autopilot's release, (0, 0, 0) until it is known.
+        height_m: above the arming point.
+        row: of the last step, while the law is on.
+        mission_s: since the mission began, of mission_duration_s.
+        position_hz: rate of the positions in the last second.
+        hover_thrust_norm: the hover thrust in use.
+        setpoints_sent: setpoints of the law.
+        safe_setpoints: setpoints sent once per loss.
+        old_poses: poses that were not newer than the last, not used.
+    """
+
+    phase: str
+    mode: str
+    armed: bool
+    vehicle: str
+    version: tuple[int, int, int]
+    height_m: float | None
+    row: TraceRow | None
+    mission_s: float
+    mission_duration_s: float
+    position_hz: float
+    hover_thrust_norm: float
+    setpoints_sent: int
+    safe_setpoints: int
+    old_poses: int
+
+    @property
+    def position_error_m(self) -> float | None:
+        """Norm of reference minus measured position; None while the law is off."""
+        if self.row is None:
+            return None
+        z, _, x, y = (r - m for r, m in zip(self.row.reference, self.row.measured, strict=True))
+        return math.hypot(x, y, z)
+
+    @property
+    def yaw_error_rad(self) -> float | None:
+        """Reference minus measured yaw; None while the law is off."""
+        return None if self.row is None else self.row.reference[1] - self.row.measured[1]

@@ -37,10 +37,9 @@ def parse_url(url: str) -> Address:
         raise EndpointError(url, "not a connection string that can be used here", _EXAMPLES)
     host, _, port_text = rest.removeprefix("//").rpartition(":")
     host = host.strip("[]")
-    try:
-        port = int(port_text)
-    except ValueError:
-        raise EndpointError(url, f"{port_text!r} is not a port number", _EXAMPLES) from None
+    if not (port_text.isascii() and port_text.isdigit()):
+        raise EndpointError(url, f"{port_text!r} is not a port number", _EXAMPLES)
+    port = int(port_text)
     listens = kind != "udpout"
     if not (0 if listens else 1) <= port <= 65535:
         raise EndpointError(url, f"port {port} is out of range", _EXAMPLES)

@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass, field
 
-from mavquad.agent import Agent, Note
+from mavquad.agent import Agent
 from mavquad.analysis.metrics import FlightMetrics, error_samples, flight_metrics
 from mavquad.config import Config, Override, load
 from mavquad.config import default_path as default_config
 from mavquad.drivers.lockstep import START_US, Lockstep
 from mavquad.drivers.replay import OperatorEvent, ReplayResult, replay
-from mavquad.flight_record import TraceRow
+from mavquad.flight_record import Note, TraceRow
 from mavquad.schema import parse_section
 from mavquad.tlog import Record
 from sitl_mock.autopilot import MockAutopilot

@@ -13,8 +13,9 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from mavquad.agent import Agent, Note, Status
+from mavquad.agent import Agent
 from mavquad.flight.machine import Phase
+from mavquad.flight_record import Note, Status
 
 _STORY = (
     Phase.CONNECTING,
@@ -69,7 +70,7 @@ class Display:
         )
 
     def _panel(self, status: Status) -> RenderableType:
-        story = Text("  ").join(self._step(phase, status.phase) for phase in _STORY)
+        story = Text("  ").join(self._step(phase, Phase(status.phase)) for phase in _STORY)
         figures = Table.grid(padding=(0, 3))
         figures.add_row(*(Text(f"{name}", style="dim") for name, _ in _figures(status)))
         figures.add_row(*(Text(value, style="bold") for _, value in _figures(status)))
@@ -88,7 +89,7 @@ class Display:
 
 
 def _figures(status: Status) -> list[tuple[str, str]]:
-    thrust = f"{status.controls[3]:.3f}" if status.controls else "-"
+    thrust = f"{status.row.controls[3]:.3f}" if status.row else "-"
     return [
         ("mode", status.mode or "-"),
         ("armed", "yes" if status.armed else "no"),

@@ -10,7 +10,7 @@ from typing import Any
 from rich.console import Console
 
 from mavquad import __version__
-from mavquad.agent import Agent, Note
+from mavquad.agent import Agent
 from mavquad.analysis.metrics import FlightMetrics, error_samples, flight_metrics
 from mavquad.cli.display import summary_table
 from mavquad.cli.outcome import show
@@ -19,7 +19,7 @@ from mavquad.drivers.run_folder import RunFolder, to_json
 from mavquad.drivers.runner import Runner
 from mavquad.errors import EXIT_INTERRUPTED, EXIT_OK
 from mavquad.flight.machine import Phase
-from mavquad.flight_record import TraceRow
+from mavquad.flight_record import Note, TraceRow
 from mavquad.schema import parse_section
 from sitl_mock.config import MockConfig
 
@@ -74,21 +74,22 @@ class Flight:
         self.collect(agent)
         self.folder.close()
         flight_s = (runner.last_us - start_us) * 1e-6
+        status = agent.status()
         metrics = flight_metrics(error_samples(self.rows, (Phase.FLYING.value,)))
         summary = {
             **self._outcome(agent),
             **metrics.to_json(),
             "error_of": "the position that the autopilot estimates, against the reference",
-            "vehicle": agent.status().vehicle,
-            "hover_thrust_norm": agent.hover_thrust_norm,
-            "setpoints_sent": agent.setpoints_sent,
-            "safe_setpoints": agent.safe_setpoints,
+            "vehicle": status.vehicle,
+            "hover_thrust_norm": status.hover_thrust_norm,
+            "setpoints_sent": status.setpoints_sent,
+            "safe_setpoints": status.safe_setpoints,
             "flight_s": flight_s,
             "wall_s": wall_s,
             "real_time_factor": flight_s / wall_s,
             "lateness_us": percentiles(lateness_us),
             "link": {"lost": agent.link.lost, "bad": runner.framer.bad_chunks, "foreign": agent.link.foreign},
-            "old_poses": agent.pose.old,
+            "old_poses": status.old_poses,
             "seed": self.config.seed,
             "mavquad": __version__,
             **extra,
@@ -98,12 +99,14 @@ class Flight:
         self._draw(summary, metrics)
         if as_json:
             print(to_json(summary), end="")  # noqa: T201 - the one thing on stdout
-        elif agent.setpoints_sent:
+        elif status.setpoints_sent:
             Console().print(summary_table(summary))
         else:
             Console(highlight=False).print(f"run folder: {self.folder.path}", soft_wrap=True)
         if agent.error is not None:
             show(agent.error)
+        if self.folder.failure is not None:
+            raise self.folder.failure
         return self.exit_code(agent)
 
     def _outcome(self, agent: Agent) -> dict[str, Any]:

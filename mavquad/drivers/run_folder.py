@@ -14,18 +14,18 @@ what is written at the end appears whole or not at all.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shutil
-from collections.abc import Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from mavquad.agent import Note
 from mavquad.analysis.trace import TraceWriter
 from mavquad.drivers.replay import OperatorEvent
 from mavquad.errors import RunFolderError
-from mavquad.flight_record import TraceRow
+from mavquad.flight_record import Note, TraceRow
 from mavquad.tlog import TlogWriter
 
 FLUSH_US = 1_000_000
@@ -33,7 +33,11 @@ EVENT_NAMES = ("start", "stop", "end")
 
 
 class RunFolder:
-    """An open run folder; also the `Recorder` of the flight's `Runner`. Close it when the flight is over."""
+    """An open run folder; also the `Recorder` of the flight's `Runner`. Close it when the flight is over.
+
+    Attributes:
+        failure: why the recording stopped; None while it goes on.
+    """
 
     def __init__(self, path: Path, config_text: str) -> None:
         """Make the folder.
@@ -42,6 +46,7 @@ class RunFolder:
             RunFolderError: it exists and is not empty, or it cannot be written.
         """
         self.path = path
+        self.failure: RunFolderError | None = None
         self._flushed_us = 0
         try:
             path.mkdir(parents=True, exist_ok=True)
@@ -53,40 +58,66 @@ class RunFolder:
             self._notes = (path / "notes.jsonl").open("w", encoding="utf-8")
             self._trace_stream = (path / "trace.csv").open("w", encoding="utf-8", newline="")
         except OSError as error:
-            reason = (error.strerror or str(error)).lower()
-            raise RunFolderError(str(path), f"cannot be written ({reason})", "choose another with --run-dir") from None
+            raise self._error(error) from None
+        self._streams = (self._tlog_stream, self._events, self._notes, self._trace_stream)
         self._tlog = TlogWriter(self._tlog_stream)
         self._trace = TraceWriter(self._trace_stream)
 
     def frame(self, stamp_us: int, frame: bytes, outbound: bool) -> None:
         """One frame that passed."""
-        self._tlog.write(stamp_us, frame, outbound)
+        self._keep(lambda: self._tlog.write(stamp_us, frame, outbound))
 
     def event(self, stamp_us: int, name: str) -> None:
-        """One command of the operator."""
-        self._events.write(json.dumps({"stamp_us": stamp_us, "name": name}) + "\n")
-        self._events.flush()
+        """One command of the operator; on the disk at once."""
+        line = json.dumps({"stamp_us": stamp_us, "name": name})
+        self._keep(lambda: print(line, file=self._events, flush=True))
 
-    def add(self, rows: Iterable[TraceRow], notes: Iterable[Note], now_us: int) -> None:
+    def add(self, rows: Sequence[TraceRow], notes: Sequence[Note], now_us: int) -> None:
         """Keep what the agent handed out since the last call."""
+        self._keep(lambda: self._add(rows, notes, now_us))
+
+    def _add(self, rows: Sequence[TraceRow], notes: Sequence[Note], now_us: int) -> None:
         self._trace.write(rows)
         for note in notes:
             self._notes.write(json.dumps(asdict(note)) + "\n")
         if now_us - self._flushed_us > FLUSH_US:
             self._flushed_us = now_us
-            for stream in (self._tlog_stream, self._notes, self._trace_stream):
+            for stream in self._streams:
                 stream.flush()
 
+    def _keep(self, write: Callable[[], None]) -> None:
+        """Write; a full disk must not end a flight, so the first failure ends the recording and is told afterwards."""
+        if self.failure is None:
+            try:
+                write()
+            except OSError as error:
+                self.failure = self._error(error)
+
+    def _error(self, error: OSError) -> RunFolderError:
+        reason = (error.strerror or str(error)).lower()
+        return RunFolderError(str(self.path), f"cannot be written ({reason})", "choose another with --run-dir")
+
     def write_whole(self, name: str, text: str) -> None:
-        """Write a file so that it appears whole or not at all."""
+        """Write a file so that it appears whole or not at all.
+
+        Raises:
+            RunFolderError: it cannot be written.
+        """
         temporary = self.path / f".{name}.part"
-        temporary.write_text(text, encoding="utf-8")
-        temporary.replace(self.path / name)
+        try:
+            temporary.write_text(text, encoding="utf-8")
+            temporary.replace(self.path / name)
+        except OSError as error:
+            with contextlib.suppress(OSError):
+                temporary.unlink(missing_ok=True)
+            raise self._error(error) from None
 
     def close(self) -> None:
         """Close the streams."""
-        for stream in (self._tlog_stream, self._events, self._notes, self._trace_stream):
-            stream.close()
+        for stream in self._streams:
+            self._keep(stream.flush)
+            with contextlib.suppress(OSError):
+                stream.close()
 
     def discard(self) -> None:
         """Remove the folder again: nothing came of the flight."""

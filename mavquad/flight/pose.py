@@ -53,11 +53,6 @@ class PoseIntake:
         self._position_us = now_us
         return position
 
-    def forget(self) -> None:
-        """Start over, as after a reboot of the vehicle."""
-        self.attitude = self.position = None
-        self._attitude_us = self._position_us = _LONG_AGO_US
-
     def stale_deadline_us(self) -> int:
         """When the older of the two streams becomes stale."""
         return min(self._attitude_us, self._position_us) + self._limit_us

@@ -44,19 +44,14 @@ def requests(params: StreamParams) -> list[Command]:
     return [set_interval(name, message_id, rate_hz) for name, message_id, rate_hz in wanted(params)]
 
 
-NEVER_HEARD_US = -(1 << 60)
-
-
 class StreamMonitor:
     """Counts arrivals of one message over the last second."""
 
     def __init__(self) -> None:
         self._arrivals_us: deque[int] = deque()
-        self.last_us = NEVER_HEARD_US
 
     def on_message(self, now_us: int) -> None:
         """One arrived."""
-        self.last_us = now_us
         self._arrivals_us.append(now_us)
         while self._arrivals_us[0] <= now_us - WINDOW_US:
             self._arrivals_us.popleft()

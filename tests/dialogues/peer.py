@@ -11,11 +11,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from mavquad.agent import Agent, Note
+from mavquad.agent import Agent
 from mavquad.agent_params import AgentParams, FlightParams
 from mavquad.drivers.runner import Runner
 from mavquad.flight.machine import Phase
 from mavquad.flight.mission import MissionParams
+from mavquad.flight_record import Note
 from mavquad.protocol.codec import Encoder, decode, mavlink
 from mavquad.protocol.firmware import px4
 from mavquad.protocol.link import LinkParams

@@ -38,7 +38,7 @@ def test_a_whole_flight_in_its_order():
     assert dialogue.phases == [phase.value for phase in Phase if phase not in (Phase.CONNECTING, Phase.DISARMING)]
     assert dialogue.agent.error is None
     assert not dialogue.agent.interrupted
-    assert dialogue.agent.safe_setpoints == 0
+    assert dialogue.agent.status().safe_setpoints == 0
 
 
 def test_the_streams_and_parameters_are_asked_for_once_when_all_is_answered():
@@ -111,12 +111,12 @@ def test_a_release_that_ignores_torque_is_refused_before_arming(version, refused
     if refused:
         dialogue.run()
         name = ".".join(map(str, version))
-        assert f"PX4 {name} ignores them silently" in dialogue.agent.error.message
+        assert f"PX4 {name} ignores torque setpoints silently" in dialogue.agent.error.message
         assert dialogue.agent.error.exit_code == 3
         assert nothing_flown(dialogue)
     else:
         dialogue.run(Phase.ARMING)
-        assert dialogue.agent.version == version
+        assert dialogue.agent.status().version == version
 
 
 def test_an_unknown_parameter_does_not_hold_up_the_flight():
@@ -133,7 +133,7 @@ def test_a_version_that_is_lost_behind_its_ack_is_asked_for_again():
     vehicle = ScriptedVehicle(lost=lambda m: m.get_type() == "AUTOPILOT_VERSION" and next(losses, False))
     dialogue = Dialogue(vehicle).run(Phase.ARMING, 6.0)
     assert len(dialogue.of("request")) in (2, 3)
-    assert dialogue.agent.version == (1, 13, 3)
+    assert dialogue.agent.status().version == (1, 13, 3)
 
 
 def test_a_vehicle_that_never_tells_its_version_is_not_flooded_and_not_flown():

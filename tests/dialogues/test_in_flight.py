@@ -27,10 +27,10 @@ def handed_back(dialogue, at):
     assert [sent.name for sent in after[:2]] == ["loiter", SETPOINT]
     assert after[0].stamp_us == after[1].stamp_us
     assert list(after[1].message.controls[:3]) == [0.0, 0.0, 0.0]
-    assert after[1].message.controls[3] == pytest.approx(dialogue.agent.hover_thrust_norm, abs=1e-6)
+    assert after[1].message.controls[3] == pytest.approx(dialogue.agent.status().hover_thrust_norm, abs=1e-6)
     dialogue.run()
     rest = [sent.name for sent in dialogue.sent[at:] if sent.name != "HEARTBEAT"]
-    assert rest.count(SETPOINT) == dialogue.agent.safe_setpoints == 1
+    assert rest.count(SETPOINT) == dialogue.agent.status().safe_setpoints == 1
     assert [name for name in rest if name != SETPOINT] == ["loiter", "land"]
     assert dialogue.phases[-4:] == ["flying", "handing back", "landing", "done"]
     assert isinstance(dialogue.agent.error, FlightEnded)
@@ -151,7 +151,7 @@ def test_a_vehicle_that_falls_silent_in_flight_is_handed_back_then_lost():
     assert dialogue.phases[-3:] == ["flying", "handing back", "done"]
     assert dialogue.agent.error.exit_code == 4
     assert "stale pose" in dialogue.agent.error.message
-    assert dialogue.agent.safe_setpoints == 1
+    assert dialogue.agent.status().safe_setpoints == 1
     heard = max(stamp for stamp, _, outbound in dialogue.record if not outbound)
     assert dialogue.sent[-1].stamp_us <= heard + 3_500_000
     dialogue.deliver(dialogue.vehicle.position())
@@ -177,12 +177,12 @@ def test_a_vehicle_that_disarms_in_flight_ends_it():
 
 def test_old_and_repeated_poses_make_no_setpoint():
     dialogue = flying()
-    fresh, sent, old = dialogue.vehicle.position(), len(dialogue.of(SETPOINT)), dialogue.agent.pose.old
+    fresh, sent, old = dialogue.vehicle.position(), len(dialogue.of(SETPOINT)), dialogue.agent.status().old_poses
     dialogue.deliver(fresh)
     fresh.time_boot_ms -= 500
     dialogue.deliver(fresh)
     assert len(dialogue.of(SETPOINT)) == sent
-    assert dialogue.agent.pose.old == old + 2
+    assert dialogue.agent.status().old_poses == old + 2
     fresh.time_boot_ms += 501
     dialogue.deliver(fresh)
     assert len(dialogue.of(SETPOINT)) == sent + 1

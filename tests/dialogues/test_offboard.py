@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from mavquad.agent import SETPOINTS_BEFORE_OFFBOARD
+from mavquad.captain import SETPOINTS_BEFORE_OFFBOARD
 from mavquad.errors import VehicleRefused
 from mavquad.flight.machine import Phase
 from mavquad.protocol.firmware import px4
@@ -92,7 +92,7 @@ def test_setpoints_flow_at_the_rate_of_the_poses_until_the_release():
     assert max(b - a for a, b in pairwise(stamps)) <= 10_100
     phases = [sent.phase for sent in dialogue.of(SETPOINT)]
     assert set(phases) == {Phase.ENGAGING, Phase.FLYING, Phase.HANDING_BACK}
-    assert len(phases) == dialogue.agent.setpoints_sent
+    assert len(phases) == dialogue.agent.status().setpoints_sent
 
 
 def test_a_hand_back_that_is_refused_lands_all_the_same():
@@ -128,5 +128,5 @@ def test_a_vehicle_that_stays_armed_on_the_ground_is_disarmed():
 
 def test_the_hover_thrust_is_learned_from_the_autopilots_own():
     dialogue = Dialogue(ScriptedVehicle(thrust=0.55)).run(Phase.FLYING)
-    assert dialogue.agent.hover_thrust_norm == pytest.approx(0.55, abs=1e-6)
+    assert dialogue.agent.status().hover_thrust_norm == pytest.approx(0.55, abs=1e-6)
     assert dialogue.of(SETPOINT)[0].message.controls[3] == pytest.approx(0.55, abs=1e-4)

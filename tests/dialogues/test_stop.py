@@ -52,7 +52,7 @@ def test_stop_in_flight_asks_for_the_hold_mode_at_once_and_flies_until_it_is_the
     setpoints = [sent for sent in dialogue.sent[at:] if sent.name == SETPOINT]
     assert len(setpoints) >= 10
     assert {sent.phase for sent in setpoints} == {Phase.HANDING_BACK}
-    assert dialogue.agent.safe_setpoints == 0
+    assert dialogue.agent.status().safe_setpoints == 0
 
 
 def test_stop_right_behind_the_takeoff_lands_although_heartbeat_shows_the_takeoff_afterwards():

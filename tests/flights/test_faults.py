@@ -17,7 +17,7 @@ def test_arming_refused() -> None:
     assert flight.exit_code == 3
     assert "arm (TEMPORARILY_REJECTED)" in str(flight.agent.error)
     assert "Arming denied: no hat" in str(flight.agent.error)
-    assert flight.agent.setpoints_sent == 0
+    assert flight.agent.status().setpoints_sent == 0
     assert landed_safely(flight)
 
 
@@ -62,7 +62,7 @@ def test_pose_stream_stops_for_a_second(message: str) -> None:
     assert flight.exit_code == 4
     assert "stale pose" in str(flight.agent.error)
     assert message in str(flight.agent.error)
-    assert flight.agent.safe_setpoints == 1
+    assert flight.agent.status().safe_setpoints == 1
     assert landed_safely(flight)
 
 
@@ -70,7 +70,7 @@ def test_nan_in_a_pose() -> None:
     flight = fly(faults=[{"kind": "nan_pose", "for_s": 0.2, **IN_FLIGHT}])
     assert flight.exit_code == 4
     assert "LOCAL_POSITION_NED holds a value that is not a number" in str(flight.agent.error)
-    assert flight.agent.safe_setpoints == 1
+    assert flight.agent.status().safe_setpoints == 1
     assert landed_safely(flight)
 
 
@@ -83,7 +83,7 @@ def test_vehicle_dies_in_flight() -> None:
 def test_vehicle_dies_on_the_ground() -> None:
     flight = fly(faults=[{"kind": "die", "at_s": 0.5}])
     assert flight.exit_code == 3
-    assert flight.agent.setpoints_sent == 0
+    assert flight.agent.status().setpoints_sent == 0
 
 
 def test_link_is_silent_for_a_while_in_flight() -> None:
@@ -96,7 +96,7 @@ def test_pilot_takes_over_and_is_left_alone() -> None:
     flight = fly(faults=[{"kind": "mode_change", "since": "offboard", "at_s": 5.0, "mode": "POSCTL"}])
     assert flight.exit_code == 4
     assert "POSCTL" in str(flight.agent.error)
-    assert flight.agent.safe_setpoints == 0
+    assert flight.agent.status().safe_setpoints == 0
     taken_over_us = next(note.stamp_us for note in flight.notes if note.kind == "error")
     assert not any(r.stamp_us >= taken_over_us for r in flight.recording.records if r.outbound)
 

@@ -19,7 +19,7 @@ def test_box_completes_and_is_tracked() -> None:
     assert truth.landed
     assert not truth.armed
     assert not truth.crashed
-    assert flight.agent.safe_setpoints == 0
+    assert flight.agent.status().safe_setpoints == 0
 
 
 def test_box_goes_where_it_says() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
@@ -44,7 +44,6 @@ def fields(message):
     return message.get_type(), repr([getattr(message, name) for name in message.get_fieldnames()])
 
 
-@settings(deadline=None)
 @given(FRAMES)
 def test_decoded_values_are_those_of_pymavlinks_stream_parser(frame):
     [theirs] = dialect.MAVLink(None).parse_buffer(frame)
@@ -66,7 +65,6 @@ def test_message_id_of_three_bytes():
     assert codec.message_id(frame) == 50004
 
 
-@settings(deadline=None)
 @given(FRAMES, st.data())
 def test_one_flipped_bit_is_noticed_or_changes_the_length(frame, data):
     body = len(frame) - 13 if frame[0] == codec.MAGIC_V2 and frame[2] else len(frame)
@@ -90,7 +88,6 @@ def test_decode_refuses_an_invalid_frame():
         codec.decode(HEARTBEAT[:-1] + bytes((HEARTBEAT[-1] ^ 1,)))
 
 
-@settings(deadline=None)
 @given(st.lists(FRAMES, max_size=6), st.data())
 def test_a_stream_cut_anywhere_gives_the_same_frames(frames, data):
     stream = b"".join(frames)
@@ -102,7 +99,6 @@ def test_a_stream_cut_anywhere_gives_the_same_frames(frames, data):
     assert framer.bad_chunks == 0
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(st.binary(max_size=30), FRAMES), min_size=1, max_size=5))
 def test_garbage_between_frames_costs_no_frame(pairs):
     framer = codec.Framer()
@@ -112,7 +108,6 @@ def test_garbage_between_frames_costs_no_frame(pairs):
     assert framer.bad_bytes == sum(len(garbage) for garbage, _ in pairs) + 300
 
 
-@settings(deadline=None)
 @given(FRAMES, FRAMES, FRAMES, st.data())
 def test_a_truncated_datagram_does_not_delay_whole_ones(first, second, third, data):
     kept = data.draw(st.integers(1, len(first) - 1))

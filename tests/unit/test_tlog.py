@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink import mavutil
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -62,7 +62,6 @@ def log_of(records):
     return b"".join(map(as_bytes, records))
 
 
-@settings(deadline=None)
 @given(st.lists(RECORDS, max_size=8))
 def test_what_is_written_is_read_back(records):
     stream = io.BytesIO()
@@ -74,7 +73,6 @@ def test_what_is_written_is_read_back(records):
     assert contents.bad_ranges == []
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(st.binary(max_size=40), RECORDS), min_size=1, max_size=6), st.binary(max_size=40))
 def test_garbage_in_between_costs_nothing(pairs, tail):
     contents = scan(b"".join(garbage + as_bytes(record) for garbage, record in pairs) + tail)

@@ -45,7 +45,7 @@ def test_what_is_read(url, address):
         ("udpin:127.0.0.1:1.5", "'1.5' is not a port number"),
         ("udpin:127.0.0.1:65536", "port 65536 is out of range"),
         ("udpout:127.0.0.1:0", "port 0 is out of range"),
-        ("udpin:127.0.0.1:-1", "port -1 is out of range"),
+        ("udpin:127.0.0.1:-1", "'-1' is not a port number"),
         ("udpout::14580", "a host to send to is missing"),
     ],
 )

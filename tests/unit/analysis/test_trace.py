@@ -7,7 +7,7 @@ import io
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from mavquad.analysis.trace import HEADER, read_trace, write_trace
@@ -43,7 +43,6 @@ def written(path, rows):
     return path
 
 
-@settings(deadline=None)
 @given(rows=st.lists(ROWS, max_size=3))
 def test_round_trip_to_the_last_bit(folder, rows):
     assert repr(read_trace(written(folder / "trace.csv", rows))) == repr(rows)

@@ -57,7 +57,7 @@ def test_every_interval_is_exact(length: int, lag_s: float) -> None:
             assert lagged_input(0.4, over, channel) == lagged
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(cut_us=st.integers(min_value=0, max_value=50_000), lag_s=st.sampled_from([0.0, 0.001, 0.05, 0.5]))
 def test_two_steps_are_one(cut_us: int, lag_s: float) -> None:
     state = (0.3, -0.2, 0.5, 1.0, 2.0)

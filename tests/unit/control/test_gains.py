@@ -69,7 +69,7 @@ def test_the_papers_matrix_has_the_eigenvalues_asked_for() -> None:
     assert sorted(np.linalg.eigvals(a).real) == pytest.approx(sorted(-m for m in moduli), abs=1e-9)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(
     dt_us=st.integers(min_value=1000, max_value=300_000),
     kappa=st.floats(min_value=1.0, max_value=40.0),

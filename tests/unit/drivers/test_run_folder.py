@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from mavquad.agent import Note
 from mavquad.drivers.replay import OperatorEvent
 from mavquad.drivers.run_folder import RunFolder, read_events, read_notes, to_json
 from mavquad.errors import RunFolderError
+from mavquad.flight_record import Note
 from mavquad.protocol.codec import Encoder, mavlink
 from mavquad.tlog import read_records
 
@@ -107,10 +107,26 @@ def test_a_file_that_cannot_be_finished_leaves_the_old_one(tmp_path, monkeypatch
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Path, "write_text", half)
-    with pytest.raises(OSError, match="No space"):
+    with pytest.raises(RunFolderError, match="no space left on device"):
         folder.write_whole("summary.json", "new text")
     folder.close()
     assert (tmp_path / "summary.json").read_text() == "old"
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_a_full_disk_ends_the_recording_and_not_the_flight(tmp_path, monkeypatch):
+    folder = RunFolder(tmp_path, "")
+    folder.event(4, "start")
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(folder._tlog, "write", full)
+    folder.frame(8, b"frame", outbound=True)
+    assert "no space left on device" in str(folder.failure)
+    folder.event(12, "end")
+    folder.close()
+    assert [event.name for event in read_events(tmp_path)] == ["start"]
 
 
 def test_no_events(tmp_path):

@@ -100,10 +100,3 @@ def test_stale_at_the_deadline_and_not_a_step_before_it():
 
 def test_nothing_ever_heard_is_stale():
     assert intake().stale(0).name == "stale pose"
-
-
-def test_forget_takes_stamps_that_begin_again():
-    pose = intake()
-    take(pose, "position", position(50_000))
-    pose.forget()
-    assert take(pose, "position", position(10)).stamp_us == 10_000

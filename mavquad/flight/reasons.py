@@ -1,0 +1,100 @@
+"""Why a flight did not complete, in words: whose fault it is and what to do."""
+
+from __future__ import annotations
+
+from mavquad.errors import FlightEnded, MavquadError, VehicleRefused, VehicleTimeout
+from mavquad.flight.guards import Tripped
+from mavquad.flight.machine import IN_FLIGHT, Phase
+from mavquad.protocol.codec import mavlink
+from mavquad.protocol.command import CommandExchange
+from mavquad.protocol.firmware import px4
+
+_WAITING_FOR = {
+    Phase.CONNECTING: ("HEARTBEAT of an autopilot", "is the vehicle on, and is this its address and port?"),
+    Phase.IDENTIFYING: ("the vehicle's version and parameters", "is the link two-way?"),
+    Phase.WAITING: ("ready to arm", "the vehicle's own texts say what it waits for"),
+    Phase.ARMING: ("the armed bit in HEARTBEAT", "the command was acknowledged, but the vehicle did not arm"),
+    Phase.TAKING_OFF: ("hover at the takeoff altitude", "the vehicle was told to land"),
+    Phase.ENGAGING: ("mode OFFBOARD", "the vehicle was told to land; see its own texts"),
+    Phase.HANDING_BACK: ("mode AUTO.LOITER", "the vehicle was told to land"),
+    Phase.LANDING: ("touch-down and disarm", "watch the vehicle: it may still be in the air"),
+    Phase.DISARMING: ("disarm", "the motors may still run"),
+}
+
+_REFUSED_HINTS = {
+    mavlink.MAV_CMD_COMPONENT_ARM_DISARM: "resolve what the vehicle says, then fly again",
+    mavlink.MAV_CMD_NAV_TAKEOFF: "the vehicle was disarmed again",
+    mavlink.MAV_CMD_DO_SET_MODE: "PX4 without a transmitter needs COM_RCL_EXCEPT = 4; the vehicle was told to land",
+}
+
+
+def _quoted(said: str) -> str:
+    return f'; the vehicle says: "{said}"' if said else ""
+
+
+def no_torque(what: str) -> VehicleRefused:
+    """The autopilot takes no torque over MAVLink; `what` it is, in words."""
+    hint = "only PX4 up to 1.13 takes torque over MAVLink (SET_ACTUATOR_CONTROL_TARGET)"
+    return VehicleRefused("flight at torque depth", what, hint=hint)
+
+
+def not_px4(autopilot: int) -> VehicleRefused:
+    """The autopilot is another one (MAV_AUTOPILOT)."""
+    entry = mavlink.enums["MAV_AUTOPILOT"].get(autopilot)
+    name = entry.name.removeprefix("MAV_AUTOPILOT_") if entry else f"number {autopilot}"
+    return no_torque(f"the autopilot is {name}")
+
+
+def taken_over(mode: px4.Mode, phase: Phase, said: str) -> FlightEnded:
+    """HEARTBEAT shows a mode that we did not ask for."""
+    return FlightEnded(
+        f"the pilot or a failsafe took over: mode {mode.name} while {phase.value}{_quoted(said)}",
+        "the vehicle is in its own or its pilot's hands; nothing was sent to it after that",
+    )
+
+
+def disarmed(phase: Phase, said: str) -> FlightEnded:
+    """The vehicle disarmed in the middle of a flight."""
+    return FlightEnded(f"the vehicle disarmed while {phase.value}{_quoted(said)}", "look at its own log")
+
+
+def lost(phase: Phase, silent_s: float) -> MavquadError:
+    """Nothing of the vehicle was heard for too long."""
+    if phase in IN_FLIGHT:
+        words = f"lost in flight: the vehicle has been silent for {silent_s:g} s"
+        return FlightEnded(words, "check the link, and that the autopilot still runs")
+    return VehicleTimeout("HEARTBEAT", 1, silent_s)
+
+
+def guard(tripped: Tripped) -> FlightEnded:
+    """A guard ended the control of the law."""
+    return FlightEnded(
+        f"guard '{tripped.name}': {tripped.words}", "the vehicle was handed back to the autopilot and told to land"
+    )
+
+
+def refused(exchange: CommandExchange, result: str, said: str) -> VehicleRefused:
+    """The pending command was answered with a no."""
+    assert exchange.command is not None
+    hint = _REFUSED_HINTS.get(exchange.command.command_id, "")
+    return VehicleRefused(exchange.command.words, result, said, hint)
+
+
+def unanswered(exchange: CommandExchange, said: str, now_us: int) -> VehicleTimeout:
+    """The pending command was never answered."""
+    assert exchange.command is not None
+    waited_s = (now_us - exchange.requested_us) * 1e-6
+    return VehicleTimeout(exchange.command.words, exchange.tries, waited_s, said)
+
+
+def not_engaged(exchange: CommandExchange, mode_name: str, said: str) -> VehicleRefused:
+    """HEARTBEAT never showed the offboard mode, whatever the ACK said."""
+    result = f"acknowledged {exchange.result}" if exchange.result else "no ACK"
+    words = f"{result}, but HEARTBEAT stays in {mode_name or 'no mode'}"
+    return VehicleRefused("mode OFFBOARD", words, said, _WAITING_FOR[Phase.ENGAGING][1])
+
+
+def too_long(phase: Phase, details: str, tries: int, waited_s: float, said: str) -> VehicleTimeout:
+    """A phase took longer than its limit."""
+    words, hint = _WAITING_FOR.get(phase, (phase.value, ""))
+    return VehicleTimeout(f"{words}: {details}" if details else words, tries, waited_s, said, hint)

@@ -1,0 +1,68 @@
+"""What the vehicle says of itself, as last heard. HEARTBEAT tells the truth about mode and arming, up to a second late."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from mavquad.endpoint import NEVER_US
+from mavquad.protocol.codec import Message, mavlink
+from mavquad.protocol.firmware import px4
+from mavquad.protocol.streams import StreamMonitor
+
+PREARM_OK = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK
+TEXTS_KEPT = 3
+TEXT_MATTERS_US = 3_000_000
+
+
+class Vehicle:
+    """The last word of the vehicle on each thing.
+
+    Attributes:
+        mode: from HEARTBEAT, None before the first.
+        armed: from HEARTBEAT.
+        prearm_ok: whether its own pre-arm checks pass (SYS_STATUS).
+        on_ground_since_us: since when EXTENDED_SYS_STATE has shown it on the ground; NEVER_US while it does not.
+        streams: arrivals of the pose messages.
+    """
+
+    def __init__(self) -> None:
+        self.mode: px4.Mode | None = None
+        self.armed = False
+        self.prearm_ok = False
+        self.on_ground_since_us = NEVER_US
+        self.streams = {"ATTITUDE": StreamMonitor(), "LOCAL_POSITION_NED": StreamMonitor()}
+        self._texts: deque[tuple[int, str]] = deque(maxlen=TEXTS_KEPT)
+
+    @property
+    def mode_name(self) -> str:
+        """Name of the mode, "" before the first HEARTBEAT."""
+        return self.mode.name if self.mode else ""
+
+    def take_heartbeat(self, message: Message) -> px4.Mode | None:
+        """Take in a HEARTBEAT; returns the mode if it is another one than before."""
+        before = self.mode
+        self.mode = px4.mode_from_custom(message.custom_mode)
+        self.armed = bool(message.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
+        return self.mode if self.mode != before else None
+
+    def take_sys_status(self, message: Message) -> None:
+        """Take in a SYS_STATUS."""
+        self.prearm_ok = bool(message.onboard_control_sensors_health & PREARM_OK)
+
+    def take_extended_state(self, message: Message, now_us: int) -> None:
+        """Take in an EXTENDED_SYS_STATE."""
+        if message.landed_state != mavlink.MAV_LANDED_STATE_ON_GROUND:
+            self.on_ground_since_us = NEVER_US
+        else:
+            self.on_ground_since_us = min(self.on_ground_since_us, now_us)
+
+    def take_text(self, message: Message, now_us: int) -> str:
+        """Take in a STATUSTEXT; returns it without the tab that PX4 1.13 ends its texts with."""
+        text = str(message.text).strip()
+        self._texts.append((now_us, text))
+        return text
+
+    def said(self, since_us: int, now_us: int) -> str:
+        """Its last texts, those of the last seconds or after `since_us`: the ones that may explain what happens now."""
+        since_us = min(since_us, now_us - TEXT_MATTERS_US)
+        return "; ".join(text for stamp_us, text in self._texts if stamp_us >= since_us)
