@@ -118,7 +118,7 @@ async def _serve(mock: MockConfig, seed: int, address: Address, speak_to: Addres
         threading.Thread(target=_wait_for_end_of_input, args=(loop, stop), daemon=True).start()
     try:
         while not stop.is_set():
-            await driver.changed(_POLL_S)
+            await driver.wait(_POLL_S)
     finally:
         driver.close()
 

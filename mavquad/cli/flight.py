@@ -43,13 +43,19 @@ def default_run_dir(kind: str) -> Path:
 
 
 class Flight:
-    """A flight and its run folder, whichever driver flies it."""
+    """A flight and its run folder, whichever driver flies it; the folder is closed with the block, come what may."""
 
     def __init__(self, config: Config, run_dir: Path) -> None:
         self.config = config
         self.folder = RunFolder(run_dir, dump(config))
         self.rows: list[TraceRow] = []
         self._notes: list[Note] = []
+
+    def __enter__(self) -> Flight:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.folder.close()
 
     def collect(self, agent: Agent) -> list[Note]:
         """Keep what the agent handed out; returns the new lines of its story."""

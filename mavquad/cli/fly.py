@@ -18,7 +18,8 @@ from mavquad.drivers.live import Clock, LiveDriver, open_live
 from mavquad.errors import EXIT_INTERRUPTED, EndpointError
 from mavquad.url import MOCK, parse_url
 
-REFRESH_S = 0.1
+REFRESH_S = 0.25
+"""Between two looks at the flight: what is shown and kept then delays the loop by some milliseconds."""
 
 
 def fly(path: Path | None, overrides: list[Override], run_dir: Path | None, as_json: bool) -> int:
@@ -38,16 +39,22 @@ async def _fly(config: Config, run_dir: Path, as_json: bool) -> int:
     started = time.perf_counter()
     agent = Agent(config, start_us)
     address = parse_url(config.link.url)
-    flight = Flight(config, run_dir)
-    try:
-        driver = await open_live(agent, address, clock, start_us, flight.folder)
-    except EndpointError:
-        flight.folder.discard()
-        raise
+    with Flight(config, run_dir) as flight:
+        try:
+            driver = await open_live(agent, address, clock, start_us, flight.folder)
+        except EndpointError:
+            flight.folder.discard()
+            raise
+        await _drive(agent, driver, flight, as_json)
+    wall_s = time.perf_counter() - started
+    return flight.finish(agent, driver.runner, start_us, wall_s, driver.lateness_us, {}, as_json)
+
+
+async def _drive(agent: Agent, driver: LiveDriver, flight: Flight, as_json: bool) -> None:
     try:
         with Display(quiet=as_json) as display, _stops_on_signals(driver):
             while not agent.done:
-                await driver.changed(REFRESH_S)
+                await driver.wait(REFRESH_S)
                 display.update(agent, flight.collect(agent))
     except Exception:
         # Our own failure in flight: ask the autopilot to hold, as the firmware would otherwise keep our last torque.
@@ -56,8 +63,6 @@ async def _fly(config: Config, run_dir: Path, as_json: bool) -> int:
         raise
     finally:
         driver.close()
-    wall_s = time.perf_counter() - started
-    return flight.finish(agent, driver.runner, start_us, wall_s, driver.lateness_us, {}, as_json)
 
 
 @contextlib.contextmanager

@@ -60,7 +60,7 @@ class LiveDriver(asyncio.DatagramProtocol):
         self._transport: asyncio.DatagramTransport | None = None
         self._timer: asyncio.TimerHandle | None = None
         self._loop = asyncio.get_running_loop()
-        self._changed = asyncio.Event()
+        self._failed = asyncio.Event()
         self.runner = Runner(endpoint, start_us, self._send, recorder)
         self.lateness_us: list[int] = []
         self.failure: Exception | None = None
@@ -119,7 +119,7 @@ class LiveDriver(asyncio.DatagramProtocol):
             action()
         except Exception as error:  # noqa: BLE001 - handed on, not swallowed
             self.failure = error
-        self._changed.set()
+            self._failed.set()
         self._schedule()
 
     def _schedule(self) -> None:
@@ -134,16 +134,14 @@ class LiveDriver(asyncio.DatagramProtocol):
 
     # ------------------------------------------------------------------ for the one who waits
 
-    async def changed(self, timeout_s: float) -> None:
-        """Wait until something happened, at most `timeout_s`.
+    async def wait(self, duration_s: float) -> None:
+        """Let the endpoint run for a while.
 
         Raises:
-            Exception: whatever the endpoint raised.
+            Exception: whatever the endpoint raised, at once.
         """
-        self._changed.clear()
-        if self.failure is None:
-            with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self._changed.wait(), timeout_s)
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(self._failed.wait(), duration_s)
         if self.failure is not None:
             raise self.failure
 

@@ -113,9 +113,10 @@ class RunFolder:
             raise self._error(error) from None
 
     def close(self) -> None:
-        """Close the streams."""
+        """Close the streams; once is enough."""
         for stream in self._streams:
-            self._keep(stream.flush)
+            if not stream.closed:
+                self._keep(stream.flush)
             with contextlib.suppress(OSError):
                 stream.close()
 
