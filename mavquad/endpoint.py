@@ -53,12 +53,14 @@ def advance(endpoint: Endpoint, now_us: int) -> Iterator[tuple[int, bytes]]:
     Raises:
         InternalError: the endpoint's deadline did not move on after it fired (it would never end).
     """
-    while (deadline_us := endpoint.next_deadline_us()) <= now_us:
+    deadline_us = endpoint.next_deadline_us()
+    while deadline_us <= now_us:
         endpoint.on_deadline(deadline_us)
         for datagram in endpoint.datagrams_to_send():
             yield deadline_us, datagram
-        if endpoint.next_deadline_us() <= deadline_us:
-            raise InternalError(f"{type(endpoint).__name__}: the deadline at {deadline_us} us does not move on")
+        fired_us, deadline_us = deadline_us, endpoint.next_deadline_us()
+        if deadline_us <= fired_us:
+            raise InternalError(f"{type(endpoint).__name__}: the deadline at {fired_us} us does not move on")
 
 
 def deliver(endpoint: Endpoint, data: bytes, now_us: int) -> Iterator[tuple[int, bytes]]:
