@@ -7,8 +7,8 @@ import signal
 import socket
 import subprocess
 import sys
-import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -125,17 +125,9 @@ SCENARIOS: dict[str, Callable[[Path], Flight]] = {
 
 @pytest.fixture(scope="module")
 def flights(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Flight]:
-    flown: dict[str, Flight] = {}
-
-    def fly(name: str) -> None:
-        flown[name] = SCENARIOS[name](tmp_path_factory.mktemp(name))
-
-    threads = [threading.Thread(target=fly, args=(name,)) for name in SCENARIOS]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    return flown
+    with ThreadPoolExecutor() as pool:
+        flown = {name: pool.submit(fly, tmp_path_factory.mktemp(name)) for name, fly in SCENARIOS.items()}
+    return {name: future.result() for name, future in flown.items()}
 
 
 # ---------------------------------------------------------------------- what came of them
