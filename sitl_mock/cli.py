@@ -28,7 +28,7 @@ PX4_SPEAKS_TO = Address(listens=False, host="127.0.0.1", port=14540)
 
 _POLL_S = 0.5
 
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
 
 
 @app.command()

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from mavquad.schema import Section
 from sitl_mock.plant import VehicleParams
 
+
+def _number_as_text(value: Any) -> Any:
+    """`firmware = 1.16` without quotes is a number in TOML."""
+    return str(value) if isinstance(value, float) else value
+
+
 Positive = Annotated[float, Field(gt=0, le=1000)]
 NotNegative = Annotated[float, Field(ge=0, le=1000)]
-Firmware = Literal["1.13", "1.16"]
+Firmware = Annotated[Literal["1.13", "1.16"], BeforeValidator(_number_as_text)]
 ModeName = Literal["POSCTL", "OFFBOARD", "AUTO.TAKEOFF", "AUTO.LOITER", "AUTO.LAND", "AUTO.RTL"]
 
 

@@ -4,6 +4,7 @@ import pytest
 from typer.testing import CliRunner
 
 from mavquad.errors import ConfigError, EndpointError, InputError
+from mavquad.schema import parse_section
 from sitl_mock import cli
 from sitl_mock.config import MockConfig
 
@@ -66,6 +67,23 @@ def test_errors_are_one_message_and_an_exit_code(capsys, monkeypatch):
     said = capsys.readouterr().err
     assert "mock.firmware" in said
     assert "Traceback" not in said
+
+
+def test_help_shows_the_name_of_the_table():
+    shown = CliRunner().invoke(cli.app, ["--help"]).output
+    assert "a file with a [mock] table" in " ".join(shown.split())
+
+
+@pytest.mark.parametrize(("number", "text"), [(1.13, "1.13"), (1.16, "1.16")])
+def test_firmware_may_be_a_number(number, text):
+    assert parse_section(MockConfig, {"firmware": number}, "mock.toml", "mock").firmware == text
+
+
+@pytest.mark.parametrize("value", [1.14, 1, True, "1.130", [1.13]])
+def test_no_other_firmware(value):
+    with pytest.raises(ConfigError, match=r"'1\.13' or '1\.16'") as caught:
+        parse_section(MockConfig, {"firmware": value}, "mock.toml", "mock")
+    assert caught.value.key == "mock.firmware"
 
 
 def test_help_names_the_options():
