@@ -27,6 +27,15 @@ DEFAULT_HZ: dict[int, float] = {
 }
 """Every stream and its rate on PX4's onboard link, in the order in which one tick sends them."""
 
+# fmt: off
+_UNSENT = frozenset({
+    4, 8, 24, 25, 26, 49, 62, 65, 69, 74, 76, 85, 87, 93, 105, 106, 112, 115, 116, 124, 129, 132, 138, 140, 141, 148,
+    149, 192, 225, 230, 231, 233, 235, 241, 246, 247, 250, 251, 253, 254, 261, 263, 264, 265, 280, 281, 284, 285, 286,
+    290, 291, 300, 330, 331, 332, 339, 340, 350, 360, 370, 375, 395, 397, 12920,
+})
+# fmt: on
+"""Ids of the other streams of PX4 1.13.3 (streams_list in mavlink_messages.cpp), which the mock does not send."""
+
 _TICK_HZ = 250.0
 
 
@@ -46,6 +55,8 @@ class Streams:
 
     def set_interval(self, message_id: int, interval_us: float, boot_us: int) -> bool:
         """Obey SET_MESSAGE_INTERVAL: 0 restores the default, below 0 stops. False for a message without a stream."""
+        if message_id in _UNSENT:
+            return True
         if message_id not in DEFAULT_HZ:
             return False
         if interval_us < 0:
