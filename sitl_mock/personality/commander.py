@@ -11,7 +11,7 @@ import math
 from mavquad.protocol.codec import mavlink
 from sitl_mock.config import Firmware
 from sitl_mock.geometry import ZERO3, Vec3
-from sitl_mock.inner_loops import PositionSetpoint, Setpoint
+from sitl_mock.inner_loops import PositionSetpoint, Setpoint, TorqueSetpoint
 from sitl_mock.personality.guidance import IDLE, Guidance, Speeds
 from sitl_mock.personality.modes import Mode
 from sitl_mock.personality.offboard import OffboardInput
@@ -69,8 +69,12 @@ class Commander:
         self._is_flipped = False
 
     def is_ready(self, boot_us: int) -> bool:
-        """Whether the preflight checks pass (SYS_STATUS PREARM_CHECK)."""
-        return boot_us >= self._ready_us and not self.crashed
+        """Whether the preflight checks pass (SYS_STATUS PREARM_CHECK); they run while disarmed."""
+        return boot_us >= self._ready_us and not self.crashed and (self.armed or not self._mode_forbids_arming())
+
+    def is_torque_control(self) -> bool:
+        """Whether SET_ACTUATOR_CONTROL_TARGET is in force, past the attitude and the rate controller."""
+        return self.mode is Mode.OFFBOARD and isinstance(self._offboard.setpoint, TorqueSetpoint)
 
     # --- what commands ask -------------------------------------------------------------------------------------
 
@@ -94,11 +98,14 @@ class Commander:
             return f"Preflight Fail: {'Roll failure detected' if self._is_flipped else 'crash detected'}"
         if boot_us < self._ready_us:
             return "Preflight Fail: ekf2 missing data" if self._is_113 else _HEALTH
-        if self._is_113 and self.mode in (Mode.LAND, Mode.RTL):
+        if self._mode_forbids_arming():
             return "Mode not suitable for takeoff"
         if self.mode is Mode.OFFBOARD and not self._has_stream(boot_us):
             return _HEALTH
         return ""
+
+    def _mode_forbids_arming(self) -> bool:
+        return self._is_113 and self.mode is Mode.RTL  # AUTO.LAND is allowed: modeCheck.cpp of 1.13.3
 
     def disarm(self, forced: bool) -> int:
         """MAV_RESULT of a disarming request; in the air only by force."""

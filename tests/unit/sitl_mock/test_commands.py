@@ -206,16 +206,50 @@ def test_heartbeat_of_a_companion_is_no_ground_station(pilot):
     assert p.texts() == []
 
 
-def test_arming_in_land_mode_is_refused_by_113(pilot):
-    p = pilot().run(1.1).heartbeat()
+@pytest.mark.parametrize("firmware", ["1.13", "1.16"])
+def test_arming_in_land_mode_and_taking_off(pilot, firmware):
+    p = pilot(firmware=firmware).hover()
     p.command(21)
+    p.run(8.0)
+    assert (p.mock.armed, p.mock.mode) == (False, "AUTO.LAND")
+    assert p.command(400, 1) == [ACCEPTED]
+    assert p.command(22, 0, 0, 0, NAN, NAN, NAN, NAN) == [ACCEPTED]
+    p.run(8.0)
+    assert (p.mock.armed, p.mock.mode) == (True, "AUTO.LOITER")
+    assert p.truth.position_ned_m[2] == pytest.approx(-2.5, abs=0.4)
+
+
+def test_arming_in_return_mode_is_refused_by_113(pilot):
+    p = pilot().run(1.1).heartbeat()
+    p.command(20)
     assert p.command(400, 1) == [TEMPORARILY_REJECTED]
     assert "Mode not suitable for takeoff" in p.texts()
+    assert not p.mock.armed
     p.command(176, 1, 4, 3)
     assert p.command(400, 1) == [ACCEPTED]
     p = pilot(firmware="1.16").run(1.1)
-    p.command(21)
+    p.command(20)
     assert p.command(400, 1) == [ACCEPTED]
+
+
+def test_prearm_bit_drops_in_return_mode_on_the_ground(pilot):
+    def prearm(p):
+        p.forget()
+        p.run(0.4)
+        return [bool(m.onboard_control_sensors_health & 0x10000000) for m in p.messages("SYS_STATUS")]
+
+    p = pilot().run(1.1)
+    p.command(20)
+    assert prearm(p) == [False, False]
+    p.command(21)
+    assert prearm(p) == [True, True]
+    p = pilot().hover()
+    p.position()
+    p.offboard()
+    p.stream(lambda q: q.position(5.0, 0.0, -3.0), 4.0, hz=10)
+    p.command(20)
+    assert prearm(p) == [True, True]  # armed: the checks are not run anew
+    assert (p.mock.armed, p.mock.mode) == (True, "AUTO.RTL")
 
 
 def test_116_acknowledges_a_mode_twice(pilot):
