@@ -104,7 +104,7 @@ class Px4:
         if due:
             picture = self._picture(boot_us)
             for message_id in due:
-                self._send(telemetry.BUILDERS[message_id](picture), boot_us)
+                self._send_built(message_id, picture)
         value = self._params.next_of_list()
         if value is not None:
             self._send(value, boot_us)
@@ -128,6 +128,7 @@ class Px4:
     def _picture(self, boot_us: int) -> telemetry.Picture:
         commander = self.commander
         return telemetry.Picture(
+            self._config.firmware,
             boot_us,
             self._estimate,
             commander.mode,
@@ -140,6 +141,7 @@ class Px4:
             self._loops.rates_target_rad_s,
             self._controls.thrust_norm,
             self._motors if commander.armed else None,
+            commander.is_torque_control(),
             self._script.has_nan_pose(boot_us),
         )
 
@@ -147,10 +149,13 @@ class Px4:
         if message_id == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
             self._send(telemetry.autopilot_version(self._config.firmware), boot_us)
             return True
-        builder = telemetry.BUILDERS.get(message_id)
-        if builder is None:
+        return message_id in telemetry.BUILDERS and self._send_built(message_id, self._picture(boot_us))
+
+    def _send_built(self, message_id: int, picture: telemetry.Picture) -> bool:
+        message = telemetry.BUILDERS[message_id](picture)
+        if message is None:
             return False
-        self._send(builder(self._picture(boot_us)), boot_us)
+        self._send(message, picture.boot_us)
         return True
 
     def _send_texts(self, boot_us: int) -> None:

@@ -17,8 +17,16 @@ HOME_LONGITUDE_DEG = -73.7578241
 HOME_ALTITUDE_M = 32.5
 """Where PX4 1.13's SIH starts; altitude above mean sea level."""
 
-PREARM_CHECK = mavlink.MAV_SYS_STATUS_PREARM_CHECK
-_SENSORS = 0x8020802C
+_PREARM_CHECK = mavlink.MAV_SYS_STATUS_PREARM_CHECK
+_SENSORS: dict[Firmware, tuple[int, int, int]] = {
+    "1.13": (0x9020802C, 0x9020800C, 0x9020802F),
+    "1.16": (0x0300402F, 0x0301402F, 0x1320C83F),
+}
+"""SYS_STATUS's sensors present, enabled and healthy when ready to arm, as recorded from SIH."""
+_SERVOS_5_TO_8: dict[Firmware, tuple[int, int, int, int]] = {"1.13": (1500, 1500, 900, 900), "1.16": (900,) * 4}
+"""What the outputs without a motor show when armed, as recorded; 900 disarmed."""
+_LEAST_THRUST = 0.001
+"""What ATTITUDE_TARGET shows at rest, disarmed or armed, as recorded."""
 _EARTH_RADIUS_M = 6371000.0
 _NAN3 = (math.nan, math.nan, math.nan)
 _VERSION: dict[Firmware, tuple[int, int]] = {"1.13": (17629952, 58623), "1.16": (17826559, 59647)}
@@ -27,8 +35,12 @@ _VERSION: dict[Firmware, tuple[int, int]] = {"1.13": (17629952, 58623), "1.16": 
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """All that one tick's messages tell. `motor_commands` is None when disarmed."""
+    """All that one tick's messages tell. `motor_commands` is None when disarmed.
 
+    `is_torque_control`: nothing sets an attitude or rates.
+    """
+
+    firmware: Firmware
     boot_us: int
     estimate: Estimate
     mode: Mode
@@ -41,6 +53,7 @@ class Picture:
     rates_target_rad_s: Vec3
     thrust_norm: float
     motor_commands: Vec4 | None
+    is_torque_control: bool = False
     pose_is_nan: bool = False
 
 
@@ -102,22 +115,25 @@ def global_position_int(picture: Picture) -> Message:
     )
 
 
-def attitude_target(picture: Picture) -> Message:
-    """ATTITUDE_TARGET: what the inner loops follow, and the collective thrust in force."""
+def attitude_target(picture: Picture) -> Message | None:
+    """ATTITUDE_TARGET: what the inner loops follow, and the collective thrust in force; pauses under torque control."""
+    if picture.is_torque_control:
+        return None
     return mavlink.MAVLink_attitude_target_message(
         picture.boot_us // 1000,
         0,
         list(picture.attitude_target),
         *picture.rates_target_rad_s,
-        picture.thrust_norm,
+        max(picture.thrust_norm, _LEAST_THRUST),
     )
 
 
 def servo_output_raw(picture: Picture) -> Message:
     """SERVO_OUTPUT_RAW: 1000 + 1000 u of each motor command; 900 when disarmed."""
-    commands = picture.motor_commands
-    motors = [900] * 4 if commands is None else [round(1000 + 1000 * u) for u in commands]
-    return mavlink.MAVLink_servo_output_raw_message(picture.boot_us & 0xFFFFFFFF, 0, *motors, 900, 900, 900, 900)
+    servos = [900] * 8
+    if picture.motor_commands is not None:
+        servos = [*(round(1000 + 1000 * u) for u in picture.motor_commands), *_SERVOS_5_TO_8[picture.firmware]]
+    return mavlink.MAVLink_servo_output_raw_message(picture.boot_us & 0xFFFFFFFF, 0, *servos)
 
 
 def timesync(picture: Picture) -> Message:
@@ -126,9 +142,11 @@ def timesync(picture: Picture) -> Message:
 
 
 def sys_status(picture: Picture) -> Message:
-    """SYS_STATUS with PREARM_CHECK once arming is allowed."""
-    sensors = _SENSORS | (PREARM_CHECK if picture.ready else 0)
-    return mavlink.MAVLink_sys_status_message(sensors, sensors, sensors, 244, 16199, -100, 100, 0, 0, 0, 0, 0, 0)
+    """SYS_STATUS; its health has PREARM_CHECK once arming is allowed."""
+    present, enabled, health = _SENSORS[picture.firmware]
+    if not picture.ready:
+        health &= ~_PREARM_CHECK
+    return mavlink.MAVLink_sys_status_message(present, enabled, health, 244, 16199, -100, 100, 0, 0, 0, 0, 0, 0)
 
 
 def extended_sys_state(picture: Picture) -> Message:
@@ -177,7 +195,7 @@ def statustext(severity: int, text: str) -> Message:
     return mavlink.MAVLink_statustext_message(severity, f"{text[:49]}\t".encode())
 
 
-BUILDERS: dict[int, Callable[[Picture], Message]] = {
+BUILDERS: dict[int, Callable[[Picture], Message | None]] = {
     mavlink.MAVLINK_MSG_ID_HEARTBEAT: heartbeat,
     mavlink.MAVLINK_MSG_ID_ATTITUDE: attitude,
     mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: attitude_quaternion,
@@ -192,7 +210,7 @@ BUILDERS: dict[int, Callable[[Picture], Message]] = {
     mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: battery_status,
     mavlink.MAVLINK_MSG_ID_HOME_POSITION: home_position,
 }
-"""How each stream's message is made."""
+"""How each stream's message is made; None: nothing to send now."""
 
 
 def _geodetic(north_m: float, east_m: float) -> tuple[int, int]:

@@ -123,8 +123,50 @@ def test_torque_goes_to_the_motors_as_recorded(pilot):
     assert servos == pytest.approx([1229, 1370, 1370, 1229], abs=1)
 
 
-def test_disarmed_servos_stand_still(pilot):
-    assert pilot().run(0.5).messages("SERVO_OUTPUT_RAW")[-1].servo1_raw == 900
+@pytest.mark.parametrize(("firmware", "armed_5_to_8"), [("1.13", [1500, 1500, 900, 900]), ("1.16", [900] * 4)])
+def test_servos_as_recorded(pilot, firmware, armed_5_to_8):
+    # px4-v1.13.3-d-actuator139 and px4-v1.16.2-a: disarmed, armed on the ground, in flight
+    def last(p):
+        m = p.messages("SERVO_OUTPUT_RAW")[-1]
+        return [getattr(m, f"servo{i}_raw") for i in range(1, 9)]
+
+    p = pilot(firmware=firmware).run(1.1)
+    assert last(p) == [900] * 8
+    p.command(400, 1)
+    p.run(0.5)
+    assert last(p) == [1000] * 4 + armed_5_to_8
+    p = pilot(firmware=firmware).hover().run(0.5)
+    assert last(p)[4:] == armed_5_to_8
+    p.command(400, 0, 21196)
+    p.run(0.2)
+    assert last(p) == [900] * 8
+
+
+def test_attitude_target_pauses_while_torques_fly(pilot):
+    def count(p):
+        return len(p.messages("ATTITUDE_TARGET"))
+
+    p = enter(pilot().hover())
+    p.forget()
+    p.stream(lambda q: q.torque(), 1.0)
+    assert count(p) == 0
+    assert p.command(512, 83) == [2]
+    p.stream(lambda q: q.rates(), 1.0)
+    assert count(p) == pytest.approx(10, abs=1)
+    p.torque()
+    p.forget()
+    p.command(176, 1, 4, 3)
+    p.run(1.0)
+    assert count(p) == pytest.approx(10, abs=1)
+
+
+def test_attitude_target_pauses_on_the_ground_too_until_the_stream_is_lost(pilot):
+    p = enter(pilot().run(1.1))
+    p.forget()
+    p.run(0.9)
+    assert not p.messages("ATTITUDE_TARGET")
+    p.run(1.1)
+    assert len(p.messages("ATTITUDE_TARGET")) == pytest.approx(10, abs=1)
 
 
 def test_nan_torque_is_none(pilot, quiet):

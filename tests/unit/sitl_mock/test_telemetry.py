@@ -74,6 +74,33 @@ def test_heartbeat_as_recorded(pilot):
     assert (beat.base_mode, beat.system_status) == (157, 4)
 
 
+def test_thrust_at_rest_as_recorded(pilot):
+    # px4-v1.13.3-a: float32(0.001) disarmed, and armed until the takeoff begins
+    p = pilot().run(1.1)
+    p.command(400, 1)
+    p.run(1.0)
+    thrust = [m.thrust for m in p.messages("ATTITUDE_TARGET")]
+    assert thrust == pytest.approx([0.001] * len(thrust), abs=1e-8)
+    assert len(thrust) > 15
+
+
+@pytest.mark.parametrize(
+    ("firmware", "ready", "waiting_health"),
+    [
+        ("1.13", (0x9020802C, 0x9020800C, 0x9020802F), 0x8020802F),
+        ("1.16", (0x0300402F, 0x0301402F, 0x1320C83F), 0x0320C83F),
+    ],
+)
+def test_sys_status_as_recorded(pilot, firmware, ready, waiting_health):
+    def sensors(m):
+        return (m.onboard_control_sensors_present, m.onboard_control_sensors_enabled, m.onboard_control_sensors_health)
+
+    p = pilot(firmware=firmware, ready_s=1.0).run(2.0)
+    seen = [sensors(m) for m in p.messages("SYS_STATUS")]
+    assert seen == [(*ready[:2], waiting_health)] * 5 + [ready] * (len(seen) - 5)
+    assert len(seen) > 8
+
+
 def test_quaternion_and_euler_angles_are_one_attitude(pilot):
     p = pilot(vehicle={"heading_deg": 30.0}).hover()
     p.run(0.1).forget()
