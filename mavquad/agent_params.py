@@ -33,8 +33,8 @@ class FlightParams(Section):
     """To enter the offboard mode, setpoints beforehand included; HEARTBEAT alone may take a second to show it."""
     hand_back_s: float = Field(default=5.0, gt=1.5, le=60.0)
     """To leave it."""
-    land_s: float = Field(default=60.0, gt=0.0, le=600.0)
-    """To land and disarm."""
+    land_s: float = Field(default=120.0, gt=0.0, le=600.0)
+    """To land and disarm; a real PX4 may bounce between "landing detected" and "takeoff detected" for half a minute."""
     disarm_s: float = Field(default=5.0, gt=0.0, le=60.0)
     """To disarm on the ground."""
 

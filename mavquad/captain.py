@@ -218,10 +218,14 @@ class Captain:
             action(self)
 
     def _blame(self, error: MavquadError | None) -> None:
-        """The first error is why the flight did not complete."""
-        if error is not None:
-            self.error = self.error or error
-            self._note("error", error.message)
+        """The first error is why the flight did not complete; what goes wrong after it is told too."""
+        if error is None:
+            return
+        self._note("error", error.message)
+        if self.error is None:
+            self.error = error
+        else:
+            self.error.followed_by(error)
 
     def _note(self, kind: str, text: str) -> None:
         self._notes.append(Note(self._now_us, kind, text))
@@ -235,7 +239,8 @@ class Captain:
 
     def _limit_error(self) -> MavquadError:
         if self.phase is Phase.ENGAGING:
-            return reasons.not_engaged(self._exchange, self._vehicle.mode_name, self._said())
+            except_mask = self._identification.parameters.get("COM_RCL_EXCEPT")
+            return reasons.not_engaged(self._exchange, self._vehicle.mode_name, except_mask, self._said())
         details = ""
         if self.phase is Phase.WAITING:
             details = self._not_ready()
@@ -414,7 +419,7 @@ class Captain:
     def _not_ready(self) -> str:
         """Why the vehicle cannot be armed yet; empty when it can."""
         if not self._vehicle.prearm_ok:
-            return "the autopilot's own pre-arm checks have not passed"
+            return f"the autopilot's own pre-arm checks have not passed (mode {self._vehicle.mode_name})"
         if self._pose.attitude is None or self._pose.position is None:
             return "no pose"
         return "; ".join(shortfalls(self._params.streams, self._vehicle.streams, self._now_us))

@@ -119,10 +119,19 @@ def blaming_options(overrides: Sequence[Override]) -> Iterator[None]:
         yield
     except ConfigError as error:
         for override in overrides:
-            if error.key == override.key or error.key.startswith(f"{override.key}."):
-                key = error.key if override.option == "--set" else ""
-                raise ConfigError(override.option, key, error.reason, error.hint) from None
+            if _is_within(error.key, override.key):
+                raise ConfigError(
+                    override.option, error.key if override.option == "--set" else "", error.reason
+                ) from None
+        for override in overrides:
+            # A section as a whole is wrong, and an option changed a key of it.
+            if _is_within(override.key, error.key):
+                raise ConfigError(f"{override.option} {override.key}", "", error.reason) from None
         raise
+
+
+def _is_within(key: str, table: str) -> bool:
+    return key == table or key.startswith(f"{table}.")
 
 
 def dump(config: Config) -> str:

@@ -11,6 +11,7 @@
     │   └── VehicleTimeout
     ├── FlightEnded                   4   a guard, the pilot or a lost vehicle ended the flight
     ├── ReplayDiffers                 5   a replayed frame is not the recorded one
+    ├── Abandoned                     130 the operator left without waiting for the landing
     └── InternalError                 70  a broken promise of our own code
 
 The command line turns an error into one message and its exit code; no traceback reaches a user.
@@ -32,6 +33,12 @@ class MavquadError(Exception):
         super().__init__(message)
         self.message = message
         self.hint = hint
+
+    def followed_by(self, later: MavquadError) -> None:
+        """Something else happened after this: say both, and what to do about the later one. The class and code stay."""
+        self.message = f"{self.message}; then {later.message}"
+        self.hint = later.hint
+        self.args = (self.message,)
 
 
 class InputError(MavquadError):
@@ -117,6 +124,12 @@ class ReplayDiffers(MavquadError):
     """A replayed outbound frame is not the recorded one."""
 
     exit_code = 5
+
+
+class Abandoned(MavquadError):
+    """The operator left without waiting for the landing."""
+
+    exit_code = EXIT_INTERRUPTED
 
 
 class InternalError(MavquadError):

@@ -100,7 +100,7 @@ def _draw_metrics(figure: Figure, metrics: FlightMetrics) -> None:
         ("position error, RMS", _quantity(metrics.position_rms_m, 100.0, " cm")),
         ("position error, largest", _quantity(metrics.position_max_m, 100.0, " cm")),
         ("yaw error, RMS", _quantity(degrees, 1.0, "°")),
-        ("settled within 5 cm and 3° after", _quantity(metrics.settle_s, 1.0, " s")),
+        ("within 5 cm and 3° for 3 s after", _quantity(metrics.settle_s, 1.0, " s")),
     )
     for number, (name, value) in enumerate(lines):
         height = bottom + 0.135 - 0.032 * number

@@ -17,6 +17,7 @@ from mavquad.types import Vec4
 LEFT_OUT_S = 5.0
 SETTLED_POSITION_M = 0.05
 SETTLED_YAW_RAD = math.radians(3.0)
+SETTLED_FOR_S = 3.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +46,7 @@ class FlightMetrics:
         position_rms_m: root mean square of the 3-D position error, first 5 s left out.
         position_max_m: the largest 3-D position error, first 5 s left out.
         yaw_rms_rad: root mean square of the heading error, first 5 s left out.
-        settle_s: from when on the error stays within 5 cm and 3 degrees, since the law took control; None if never.
+        settle_s: when the error came to stay within 5 cm and 3 degrees for 3 s, since the law took control; None if never.
     """
 
     position_rms_m: float | None
@@ -83,13 +84,19 @@ def flight_metrics(samples: Sequence[ErrorSample]) -> FlightMetrics:
 
 
 def settling_time_s(samples: Sequence[ErrorSample]) -> float | None:
-    """Time of the first sample of the unbroken settled stretch at the end; None if the last one is not settled."""
-    settled_s = None
-    for sample in reversed(samples):
+    """When the first settled stretch of `SETTLED_FOR_S` began; None if there is none.
+
+    "To the end of the flight" would let one gust, or one leg, half an hour later decide about the hand-over.
+    """
+    since_s: float | None = None
+    for sample in samples:
         if not _is_settled(sample):
-            break
-        settled_s = sample.t_s
-    return settled_s
+            since_s = None
+            continue
+        since_s = sample.t_s if since_s is None else since_s
+        if sample.t_s - since_s >= SETTLED_FOR_S:
+            return since_s
+    return None
 
 
 def root_mean_square(values: Sequence[float]) -> float | None:

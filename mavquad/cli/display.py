@@ -58,8 +58,8 @@ class Display:
         for note in notes:
             self._start_us = self._start_us or note.stamp_us
             self._notes.append(note)
-            if not self._interactive:
-                self._console.print(self._line(note))
+            if not self._interactive and note.kind != "error":  # errors are told at the end
+                self._console.print(self._line(note), soft_wrap=True)
         if self._live is not None:
             self._live.update(self._panel(agent.status()), refresh=True)
 
@@ -111,7 +111,6 @@ def summary_table(summary: dict[str, Any]) -> RenderableType:
     table = Table(show_header=False, box=None, padding=(0, 2))
     table.add_column(style="dim")
     table.add_column()
-    lateness = summary["lateness_us"]
     rows = [
         ("outcome", Text(summary["outcome"], style="bold green" if summary["completed"] else "bold red")),
         ("vehicle", summary["vehicle"] or "-"),
@@ -124,17 +123,24 @@ def summary_table(summary: dict[str, Any]) -> RenderableType:
         rows.append(("true position error, RMS", _cm(summary["true_position_rms_m"])))
     rows += [
         ("yaw error, RMS", _number(summary["yaw_rms_rad"], 180.0 / math.pi, "deg", 2)),
-        ("settled within 5 cm and 3 deg", _number(summary["settle_s"], 1.0, "s", 1)),
+        ("within 5 cm and 3 deg for 3 s after", _number(summary["settle_s"], 1.0, "s", 1)),
         ("setpoints sent", f"{summary['setpoints_sent']} (safe ones: {summary['safe_setpoints']})"),
         ("flight / wall time", f"{summary['flight_s']:.1f} s / {summary['wall_s']:.1f} s"),
         ("real-time factor", f"{summary['real_time_factor']:.1f}"),
-        ("lateness p50 / p99 / max", " / ".join(f"{lateness[key]} us" for key in ("p50", "p99", "max"))),
-        ("frames lost / bad", f"{summary['link']['lost']} / {summary['link']['bad']}"),
+        ("lateness p50 / p99 / max", _lateness(summary["lateness_us"])),
+        ("frames lost / unknown", f"{summary['link']['lost']} / {summary['link']['unknown']}"),
+        ("damaged datagrams", str(summary["link"]["bad"])),
         ("run folder", summary["run_dir"]),
     ]
     for name, value in rows:
         table.add_row(name, value)
     return table
+
+
+def _lateness(lateness_us: dict[str, int]) -> str:
+    if not any(lateness_us.values()):
+        return "none: virtual time"
+    return " / ".join(f"{lateness_us[key]} us" for key in ("p50", "p99", "max"))
 
 
 def _cm(value: float | None) -> str:

@@ -20,6 +20,7 @@ from mavquad.drivers.runner import Runner
 from mavquad.errors import EXIT_INTERRUPTED, EXIT_OK
 from mavquad.flight.machine import Phase
 from mavquad.flight_record import Note, TraceRow
+from mavquad.protocol.codec import Framer
 from mavquad.schema import parse_section
 from sitl_mock.config import MockConfig
 
@@ -87,14 +88,14 @@ class Flight:
             **metrics.to_json(),
             "error_of": "the position that the autopilot estimates, against the reference",
             "vehicle": status.vehicle,
-            "hover_thrust_norm": status.hover_thrust_norm,
+            "hover_thrust_norm": status.hover_thrust_norm if status.setpoints_sent else None,
             "setpoints_sent": status.setpoints_sent,
             "safe_setpoints": status.safe_setpoints,
             "flight_s": flight_s,
             "wall_s": wall_s,
             "real_time_factor": flight_s / wall_s,
             "lateness_us": percentiles(lateness_us),
-            "link": {"lost": agent.link.lost, "bad": runner.framer.bad_chunks, "foreign": agent.link.foreign},
+            "link": self._link(agent, runner.framer),
             "old_poses": status.old_poses,
             "seed": self.config.seed,
             "mavquad": __version__,
@@ -115,14 +116,20 @@ class Flight:
             raise self.folder.failure
         return self.exit_code(agent)
 
+    @staticmethod
+    def _link(agent: Agent, framer: Framer) -> dict[str, int]:
+        """Frames lost on the way here, chunks with damage, frames of unknown messages and of others than the vehicle."""
+        lost = framer.lost(agent.link.vehicle) if agent.link.vehicle else 0
+        return {"lost": lost, "bad": framer.bad_chunks, "unknown": framer.unknown, "foreign": agent.link.foreign}
+
     def _outcome(self, agent: Agent) -> dict[str, Any]:
         completed = agent.done and agent.error is None and not agent.interrupted
         if agent.error is not None:
             outcome = agent.error.message
-        elif agent.interrupted:
+        elif agent.interrupted and agent.done:
             outcome = "interrupted by the operator and landed"
         else:
-            outcome = "mission complete" if completed else "not finished"
+            outcome = "mission complete" if completed else "left before the landing"
         return {"completed": completed, "outcome": outcome, "exit_code": self.exit_code(agent)}
 
     @staticmethod
@@ -130,7 +137,7 @@ class Flight:
         """The exit code of a flight."""
         if agent.error is not None:
             return agent.error.exit_code
-        return EXIT_INTERRUPTED if agent.interrupted else EXIT_OK
+        return EXIT_INTERRUPTED if agent.interrupted or not agent.done else EXIT_OK
 
     def _draw(self, summary: dict[str, Any], metrics: FlightMetrics) -> None:
         # matplotlib takes half a second to import, and a flight must not wait for it.

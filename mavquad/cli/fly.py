@@ -13,9 +13,10 @@ from mavquad.agent import Agent
 from mavquad.cli.display import Display
 from mavquad.cli.flight import Flight, default_run_dir, load_config
 from mavquad.cli.mock_process import start_mock
+from mavquad.cli.outcome import show
 from mavquad.config import Config, Override
 from mavquad.drivers.live import Clock, LiveDriver, open_live
-from mavquad.errors import EXIT_INTERRUPTED, EndpointError
+from mavquad.errors import Abandoned, EndpointError
 from mavquad.url import MOCK, parse_url
 
 REFRESH_S = 0.25
@@ -56,27 +57,31 @@ async def _drive(agent: Agent, driver: LiveDriver, flight: Flight, as_json: bool
             while not agent.done:
                 await driver.wait(REFRESH_S)
                 display.update(agent, flight.collect(agent))
-    except Exception:
-        # Our own failure in flight: ask the autopilot to hold, as the firmware would otherwise keep our last torque.
+    except Exception as error:
+        # Our own failure in flight, or the operator's: the firmware would keep our last torque, so ask it to hold.
         for datagram in agent.last_resort():
             driver.send_raw(datagram)
-        raise
+        if not isinstance(error, Abandoned):
+            raise
+        show(error)
     finally:
         driver.close()
 
 
 @contextlib.contextmanager
 def _stops_on_signals(driver: LiveDriver) -> Iterator[None]:
-    """Ctrl-C (or SIGTERM) lands; a second one leaves at once, which the vehicle's own failsafe must then handle."""
+    """Ctrl-C (or SIGTERM) lands; a second one leaves at once, after one request to hold."""
     loop = asyncio.get_running_loop()
     presses = 0
 
     def stop() -> None:
         nonlocal presses
         presses += 1
-        if presses > 1:
-            raise SystemExit(EXIT_INTERRUPTED)
-        driver.command("stop")
+        if presses == 1:
+            driver.command("stop")
+        else:
+            words = "left before the landing: the vehicle was asked to hold, once, and is on its own now"
+            driver.fail(Abandoned(words, "take it over, or land it with your ground station"))
 
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, stop)

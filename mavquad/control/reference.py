@@ -31,7 +31,7 @@ _SHAPES = tuple(
 
 
 class ReferenceParams(Section):
-    """[law.reference]: how briskly the reference moves from pose to pose."""
+    """[mission.reference]: how briskly the reference moves from pose to pose."""
 
     speed_max_m_s: float = Field(default=1.5, gt=0.0, le=20.0)
     """Largest speed of the reference between two poses, m/s."""

@@ -90,8 +90,7 @@ class LiveDriver(asyncio.DatagramProtocol):
         frames = self.runner.framer.push(data)
         if frames and self._peer is None:
             self._peer = addr[:2]
-        for frame in frames:
-            self.runner.frame(frame, now_us)
+        self.runner.frames(frames, now_us)
 
     def _send(self, stamp_us: int, datagram: bytes) -> None:
         if self._transport is None or self._peer is None or self._transport.is_closing():
@@ -118,9 +117,13 @@ class LiveDriver(asyncio.DatagramProtocol):
         try:
             action()
         except Exception as error:  # noqa: BLE001 - handed on, not swallowed
-            self.failure = error
-            self._failed.set()
+            self.fail(error)
         self._schedule()
+
+    def fail(self, error: Exception) -> None:
+        """End the run: whoever waits gets this error."""
+        self.failure = error
+        self._failed.set()
 
     def _schedule(self) -> None:
         if self._timer is not None:

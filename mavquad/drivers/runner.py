@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from mavquad.endpoint import GRID_US, Endpoint, advance, floor_to_grid_us
-from mavquad.protocol.codec import Framer
+from mavquad.protocol.codec import Framer, is_known
 
 
 class Recorder(Protocol):
@@ -49,8 +49,15 @@ class Runner:
 
     def datagram(self, data: bytes, now_us: int) -> None:
         """Take in what a transport delivered."""
-        for frame in self.framer.push(data):
-            self.frame(frame, now_us)
+        self.frames(self.framer.push(data), now_us)
+
+    def frames(self, frames: list[bytes], now_us: int) -> None:
+        """Take in the whole frames of one delivery; one of an unknown message is recorded and goes no further."""
+        for frame in frames:
+            if is_known(frame):
+                self.frame(frame, now_us)
+            elif self._recorder is not None:
+                self._recorder.frame(self._input_stamp(now_us), frame, outbound=False)
 
     def frame(self, frame: bytes, now_us: int) -> None:
         """Take in one whole frame."""

@@ -14,8 +14,8 @@ from mavquad.types import Attitude, Position
 class GuardParams(Section):
     """Limits beyond which the law's control ends and the vehicle is handed back to the autopilot."""
 
-    stale_pose_s: float = Field(default=0.1, ge=0.02, le=1.0)
-    """A position or attitude older than this."""
+    stale_pose_s: float = Field(default=0.2, ge=0.02, le=1.0)
+    """A position or attitude older than this. Busy computers stall for 0.1 s and more; meanwhile the last torque acts."""
     tilt_deg: float = Field(default=45.0, gt=5.0, le=85.0)
     """Angle between the vehicle's vertical axis and the true vertical."""
     radius_m: float = Field(default=20.0, gt=0.5)

@@ -69,7 +69,6 @@ TRANSITIONS: dict[Phase, dict[Event, Phase]] = {
         Event.AIRBORNE: Phase.ENGAGING,
         Event.REFUSED: Phase.DISARMING,
         Event.TIMEOUT: Phase.LANDING,
-        Event.GUARD: Phase.LANDING,
         Event.STOP: Phase.LANDING,
         Event.DISARMED: Phase.DONE,
     },

@@ -21,10 +21,12 @@ _WAITING_FOR = {
     Phase.DISARMING: ("disarm", "the motors may still run"),
 }
 
+RC_LOSS_IN_OFFBOARD_ALLOWED = 4
+_NO_TRANSMITTER = "PX4 without a transmitter needs COM_RCL_EXCEPT = 4; the vehicle was told to land"
 _REFUSED_HINTS = {
     mavlink.MAV_CMD_COMPONENT_ARM_DISARM: "resolve what the vehicle says, then fly again",
     mavlink.MAV_CMD_NAV_TAKEOFF: "the vehicle was disarmed again",
-    mavlink.MAV_CMD_DO_SET_MODE: "PX4 without a transmitter needs COM_RCL_EXCEPT = 4; the vehicle was told to land",
+    mavlink.MAV_CMD_DO_SET_MODE: _NO_TRANSMITTER,
 }
 
 
@@ -69,7 +71,7 @@ def lost(phase: Phase, silent_s: float) -> MavquadError:
 def guard(tripped: Tripped) -> FlightEnded:
     """A guard ended the control of the law."""
     return FlightEnded(
-        f"guard '{tripped.name}': {tripped.words}", "the vehicle was handed back to the autopilot and told to land"
+        f"guard '{tripped.name}': {tripped.words}", "the vehicle was handed back to the autopilot, and told to land"
     )
 
 
@@ -87,11 +89,23 @@ def unanswered(exchange: CommandExchange, said: str, now_us: int) -> VehicleTime
     return VehicleTimeout(exchange.command.words, exchange.tries, waited_s, said)
 
 
-def not_engaged(exchange: CommandExchange, mode_name: str, said: str) -> VehicleRefused:
-    """HEARTBEAT never showed the offboard mode, whatever the ACK said."""
+def not_engaged(
+    exchange: CommandExchange, mode_name: str, rc_loss_exceptions: float | None, said: str
+) -> VehicleRefused:
+    """HEARTBEAT never showed the offboard mode, whatever the ACK said.
+
+    Args:
+        exchange: the mode change.
+        mode_name: the mode that HEARTBEAT shows.
+        rc_loss_exceptions: PX4's COM_RCL_EXCEPT; bit 2 lets it fly OFFBOARD without a transmitter. None: unknown.
+        said: the vehicle's texts.
+    """
     result = f"acknowledged {exchange.result}" if exchange.result else "no ACK"
     words = f"{result}, but HEARTBEAT stays in {mode_name or 'no mode'}"
-    return VehicleRefused("mode OFFBOARD", words, said, _WAITING_FOR[Phase.ENGAGING][1])
+    hint = _WAITING_FOR[Phase.ENGAGING][1]
+    if rc_loss_exceptions is not None and not int(rc_loss_exceptions) & RC_LOSS_IN_OFFBOARD_ALLOWED:
+        hint = f"COM_RCL_EXCEPT is {rc_loss_exceptions:g}: {_NO_TRANSMITTER}"
+    return VehicleRefused("mode OFFBOARD", words, said, hint)
 
 
 def too_long(phase: Phase, details: str, tries: int, waited_s: float, said: str) -> VehicleTimeout:

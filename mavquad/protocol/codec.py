@@ -12,6 +12,7 @@ from fastcrc.crc16 import mcrf4xx
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from mavquad.errors import InternalError
+from mavquad.protocol.sequence import SequenceCount
 
 __all__ = ["Encoder", "Framer", "Message", "decode", "frame_length", "frame_source", "is_valid", "mavlink"]
 
@@ -67,21 +68,35 @@ def is_valid(frame: bytes) -> bool:
     return bool(frame[end] == crc & 0xFF and frame[end + 1] == crc >> 8)
 
 
-class Framer:
-    """Cuts what a transport delivers into whole, CRC-checked frames.
+def is_known(frame: bytes | bytearray) -> bool:
+    """Whether a whole frame is of a message of the dialect, so that its CRC can be checked."""
+    return message_id(frame) in _CRC_EXTRA
 
+
+class Framer:
+    """Cuts what a transport delivers into whole frames.
+
+    A frame of a known message has the right CRC. One of a message that the dialect does not know cannot be checked: it
+    counts as a frame if it is whole, something else or nothing follows right behind it, and no valid frame is inside it.
     Carries a partial frame over to the next chunk, since serial bridges cut frames anywhere; a datagram that itself
     starts with a whole frame discards such a rest.
 
     Attributes:
-        bad_bytes: bytes that belong to no valid frame of a known message.
+        bad_bytes: bytes that belong to no frame.
         bad_chunks: chunks in which such bytes were found.
+        unknown: frames of messages that the dialect does not know.
     """
 
     def __init__(self) -> None:
         self.bad_bytes = 0
         self.bad_chunks = 0
+        self.unknown = 0
+        self._sequences: dict[tuple[int, int], SequenceCount] = {}
         self._rest = b""
+
+    def lost(self, source: tuple[int, int]) -> int:
+        """Frames of a sender (system id, component id) that are missing in its sequence numbers."""
+        return self._sequences[source].lost if source in self._sequences else 0
 
     def push(self, chunk: bytes) -> list[bytes]:
         """Take in a datagram or a piece of a stream; return the whole frames that it completes, in order."""
@@ -92,6 +107,8 @@ class Framer:
         frames, self._rest = self._cut(self._rest + chunk)
         if self.bad_bytes > before:
             self.bad_chunks += 1
+        for frame in frames:
+            self._sequences.setdefault(frame_source(frame), SequenceCount()).take(frame_sequence(frame))
         return frames
 
     def _cut(self, buffer: bytes) -> tuple[list[bytes], bytes]:
@@ -102,13 +119,21 @@ class Framer:
             if length == 0 or length > len(buffer) - at:
                 return frames, buffer[at:]
             frame = buffer[at : at + length]
-            if length > 0 and is_valid(frame):
+            if length > 0 and (is_valid(frame) or self._is_unknown(buffer, at, at + length)):
                 frames.append(frame)
                 at += length
             else:
                 self.bad_bytes += 1
                 at += 1
         return frames, b""
+
+    def _is_unknown(self, buffer: bytes, start: int, end: int) -> bool:
+        if is_known(buffer[start:end]) or (end < len(buffer) and buffer[end] not in (MAGIC_V1, MAGIC_V2)):
+            return False
+        if any(_starts_with_frame(buffer[inner:]) for inner in range(start + 1, end)):
+            return False
+        self.unknown += 1
+        return True
 
 
 def _starts_with_frame(chunk: bytes) -> bool:

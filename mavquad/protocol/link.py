@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import Field, field_validator
 
 from mavquad.errors import EndpointError
-from mavquad.protocol.codec import Message, decode, frame_sequence, frame_source, mavlink, message_id
+from mavquad.protocol.codec import Message, decode, frame_source, mavlink, message_id
 from mavquad.schema import Section
 from mavquad.url import MOCK, parse_url, speaks_first
 
@@ -59,16 +59,13 @@ class Link:
 
     Attributes:
         vehicle: (system id, component id) once locked.
-        lost: frames missing in the vehicle's sequence numbers.
-        foreign: valid frames of anybody else.
+        foreign: frames of anybody else since then.
         last_heard_us: when the vehicle was last heard.
     """
 
     def __init__(self, params: LinkParams) -> None:
         self._params = params
-        self._sequence = -1
         self.vehicle: tuple[int, int] | None = None
-        self.lost = 0
         self.foreign = 0
         self.last_heard_us = 0
 
@@ -78,9 +75,8 @@ class Link:
         if self.vehicle is None and message_id(frame) == HEARTBEAT_ID:
             self._try_lock(source, decode(frame))
         if source != self.vehicle:
-            self.foreign += 1
+            self.foreign += self.vehicle is not None
             return False
-        self._count_lost(frame_sequence(frame))
         self.last_heard_us = now_us
         return True
 
@@ -89,15 +85,6 @@ class Link:
         is_vehicle = heartbeat.autopilot != mavlink.MAV_AUTOPILOT_INVALID and heartbeat.type not in _NOT_A_VEHICLE
         if is_vehicle and wanted in (0, source[0]):
             self.vehicle = source
-
-    def _count_lost(self, sequence: int) -> None:
-        # A gap of more than half the circle is a frame that came late, not 128 lost ones.
-        gap = (sequence - self._sequence - 1) % 256 if self._sequence >= 0 else 0
-        if gap < 128:
-            self.lost += gap
-            self._sequence = sequence
-        elif self.lost > 0 and sequence != self._sequence:
-            self.lost -= 1
 
 
 def heartbeat() -> Message:

@@ -14,6 +14,7 @@ from typing import Any
 from mavquad.agent import Agent
 from mavquad.agent_params import AgentParams, FlightParams
 from mavquad.drivers.runner import Runner
+from mavquad.flight.guards import GuardParams
 from mavquad.flight.machine import Phase
 from mavquad.flight.mission import MissionParams
 from mavquad.flight_record import Note
@@ -35,6 +36,7 @@ SETPOINT = "SET_ACTUATOR_CONTROL_TARGET"
 PARAMS = AgentParams(
     link=LinkParams(url="udpin:127.0.0.1:14540"),
     flight=FlightParams(settle_s=0.5),
+    guards=GuardParams(stale_pose_s=0.1),
     mission=MissionParams(name="hover", duration_s=2.5),
 )
 PARAMETERS = {
@@ -262,7 +264,12 @@ class Dialogue:
         """Hand messages to the agent now, the vehicle's or those of somebody else."""
         encoder = sender or self.vehicle.encoder
         for message in messages:
-            self._runner.frame(encoder.encode(message), self.now_us)
+            self._runner.datagram(encoder.encode(message), self.now_us)
+
+    @property
+    def lost(self) -> int:
+        """Frames of the vehicle that the agent's side missed."""
+        return self._runner.framer.lost((1, 1))
 
     def stop(self) -> None:
         self._runner.command("stop", self.agent.stop, self.now_us)
@@ -278,7 +285,7 @@ class Dialogue:
             self.vehicle.hear(sent.message)
         self._heard = heard
         for frame in self.vehicle.tick():
-            self._runner.frame(frame, self.now_us)
+            self._runner.datagram(frame, self.now_us)
 
     def run(self, until: Callable[[], bool] | Phase = Phase.DONE, limit_s: float = 120.0) -> Dialogue:
         """Step until the condition holds, or the phase is reached; it must be within `limit_s`."""

@@ -90,7 +90,7 @@ def test_ground_stations_and_companions_are_no_vehicle():
         dialogue.deliver(heartbeat(invalid, mavlink.MAV_TYPE_ONBOARD_CONTROLLER), sender=Encoder(1, 191))
         dialogue.run_for(1.0)
     assert dialogue.agent.phase is Phase.CONNECTING
-    assert dialogue.agent.link.foreign == 18
+    assert dialogue.agent.link.vehicle is None
     dialogue.run()
     assert isinstance(dialogue.agent.error, VehicleTimeout)
     assert {sent.name for sent in dialogue.sent} == {"HEARTBEAT"}

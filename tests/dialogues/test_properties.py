@@ -63,7 +63,7 @@ def test_a_lossy_flight_ends_on_the_ground(seed, loss):
 def test_a_few_losses_do_not_end_a_flight(seed):
     dialogue = lossy_flight(seed, 0.02)
     assert dialogue.agent.error is None
-    assert dialogue.agent.link.lost > 0
+    assert dialogue.lost > 0
 
 
 def test_stamps_go_forward_on_the_grid():

@@ -47,6 +47,7 @@ def test_px4_without_a_transmitter_and_without_its_exception() -> None:
     flight = fly({"mock.com_rcl_except": 0})
     assert flight.exit_code in (3, 4)
     assert "No manual control stick input" in str(flight.agent.error)
+    assert "COM_RCL_EXCEPT is 0" in flight.agent.error.hint
 
 
 def test_px4_1_16_is_refused_on_the_ground() -> None:
@@ -78,6 +79,9 @@ def test_vehicle_dies_in_flight() -> None:
     flight = fly(faults=[{"kind": "die", "since": "offboard", "at_s": 4.0}])
     assert flight.exit_code == 4
     assert flight.agent.done
+    assert "stale pose" in flight.agent.error.message
+    assert "then lost in flight" in flight.agent.error.message
+    assert "check the link" in flight.agent.error.hint
 
 
 def test_vehicle_dies_on_the_ground() -> None:

@@ -93,6 +93,16 @@ def interrupted(folder: Path) -> Flight:
     return flight
 
 
+def interrupted_twice(folder: Path) -> Flight:
+    flight = Flight(mavquad("fly", "--run-dir", "run", cwd=folder), folder / "run")
+    assert flight.until("flying")
+    flight.process.send_signal(signal.SIGINT)
+    assert flight.until("handing back")
+    flight.process.send_signal(signal.SIGINT)
+    flight.end()
+    return flight
+
+
 def mock_killed(folder: Path) -> Flight:
     with mock_vehicle("--listen", "udpin:127.0.0.1:0") as (mock, url):
         flight = Flight(mavquad("fly", "--connect", url, "--run-dir", "run", cwd=folder), folder / "run")
@@ -119,7 +129,8 @@ def under_fire(folder: Path) -> Flight:
 
 
 SCENARIOS: dict[str, Callable[[Path], Flight]] = {
-    scenario.__name__: scenario for scenario in (fly_with_its_own_mock, interrupted, mock_killed, under_fire)
+    scenario.__name__: scenario
+    for scenario in (fly_with_its_own_mock, interrupted, interrupted_twice, mock_killed, under_fire)
 }
 
 
@@ -161,6 +172,14 @@ def test_ctrl_c_lands_and_replays(flights: dict[str, Flight]) -> None:
     assert "Disarmed by landing" in flight.story
     assert flight.summary()["outcome"] == "interrupted by the operator and landed"
     assert replay(flight.run_dir)["outbound"]["first_mismatch"] is None  # type: ignore[index]
+
+
+def test_a_second_ctrl_c_leaves_at_once_and_says_so(flights: dict[str, Flight]) -> None:
+    flight = flights["interrupted_twice"]
+    assert flight.process.returncode == 130, flight.story
+    assert "is on its own now" in flight.story
+    assert "Disarmed" not in flight.story
+    assert flight.summary()["outcome"] == "left before the landing"
 
 
 def test_a_vehicle_that_dies_in_flight(flights: dict[str, Flight]) -> None:

@@ -9,6 +9,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from mavquad.errors import InternalError
 from mavquad.protocol import codec
+from mavquad.protocol.codec import Encoder, Framer, mavlink
 
 FLOATS = st.floats(width=32)
 NAMES = st.binary(max_size=50).map(lambda text: text.replace(b"\0", b"."))
@@ -150,3 +151,34 @@ def test_encoder_counts_its_sequence_round_and_names_its_sender():
     assert [codec.frame_sequence(frame) for frame in frames] == [*range(256), 0]
     assert {codec.frame_source(frame) for frame in frames} == {(245, 191)}
     assert all(frame[0] == codec.MAGIC_V2 and codec.is_valid(frame) for frame in frames)
+
+
+def unknown_frame(number: int = 410, sequence: int = 7, payload: bytes = b"\xfd\x01\x02") -> bytes:
+    """A frame of a message that the dialect does not have, as PX4 sends its events; its CRC cannot be checked."""
+    header = bytes((0xFD, len(payload), 0, 0, sequence, 1, 1)) + number.to_bytes(3, "little")
+    return header + payload + b"\xab\xcd"
+
+
+def test_frames_of_unknown_messages_are_frames_and_not_damage():
+    framer = Framer()
+    encoder = Encoder(1, 1)
+    known = [encoder.encode(mavlink.MAVLink_attitude_message(i, 0, 0, 0, 0, 0, 0)) for i in range(3)]
+    unknown = unknown_frame(sequence=2)
+    assert framer.push(known[0] + known[1] + unknown) == [known[0], known[1], unknown]
+    assert (framer.unknown, framer.bad_bytes, framer.lost((1, 1))) == (1, 0, 0)
+    assert framer.push(unknown_frame(sequence=5) + known[2]) == [unknown_frame(sequence=5), known[2]]
+
+
+def test_an_unknown_frame_must_not_swallow_a_good_one():
+    framer = Framer()
+    good = Encoder(1, 1).encode(mavlink.MAVLink_attitude_message(1, 0, 0, 0, 0, 0, 0))
+    assert framer.push(unknown_frame(payload=b"xx" + good)) == [good]
+    assert framer.unknown == 0
+    assert framer.bad_bytes == 10 + 2 + 2
+
+
+def test_rubbish_behind_an_unknown_frame_makes_it_rubbish():
+    framer = Framer()
+    assert framer.push(unknown_frame(payload=b"abc") + b"rubbish") == []
+    assert framer.unknown == 0
+    assert framer.bad_bytes == 15 + 7

@@ -18,6 +18,7 @@ CODES = {
     "VehicleTimeout": 3,
     "FlightEnded": 4,
     "ReplayDiffers": 5,
+    "Abandoned": 130,
     "InternalError": 70,
 }
 
@@ -67,3 +68,11 @@ def test_a_timeout_says_how_long_and_how_often():
     assert errors.VehicleTimeout("land", 20, 6.04).message == "no answer: land (waited 6.0 s, 20 tries)"
     assert errors.VehicleTimeout("land", 1, 6.0).message == "no answer: land (waited 6.0 s)"
     assert errors.VehicleTimeout("land", 1, 6.0, "hm").message.endswith('; the vehicle says: "hm"')
+
+
+def test_what_happens_later_is_told_too_and_the_first_cause_keeps_its_code():
+    error = errors.VehicleRefused("mode OFFBOARD", "DENIED", hint="first")
+    error.followed_by(errors.FlightEnded("lost in flight", "check the link"))
+    assert error.message == str(error) == "the vehicle refused: mode OFFBOARD (DENIED); then lost in flight"
+    assert error.hint == "check the link"
+    assert error.exit_code == 3

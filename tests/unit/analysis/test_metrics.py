@@ -27,7 +27,7 @@ def test_no_samples_and_too_few_samples_give_none():
 
 def test_the_first_five_seconds_are_left_out_and_the_sample_at_five_counts():
     errors = [(9.0, 1.0, 9.0, 9.0)] * 50 + [(0.02, 0.01, 0.0, 0.0)]
-    assert flight_metrics(at_rate_10hz(errors)) == FlightMetrics(0.02, 0.02, 0.01, 5.0)
+    assert flight_metrics(at_rate_10hz(errors)) == FlightMetrics(0.02, 0.02, 0.01, None)
 
 
 def test_the_norm_is_of_z_x_and_y_and_not_of_yaw():
@@ -47,13 +47,14 @@ def test_rms_and_maximum_of_different_errors():
 @pytest.mark.parametrize(
     ("errors", "settle_s"),
     [
-        ([(0.06, 0, 0, 0)] * 3 + [ZERO] * 3, 0.3),
-        ([(0.05, math.radians(3.0), 0, 0)] * 3, 0.0),
-        ([(0.04, 0, 0.04, 0)] * 2 + [ZERO], 0.2),
-        ([(0.0, math.radians(-3.1), 0, 0)] + [ZERO] * 2, 0.1),
-        ([ZERO] * 3 + [(0, 0, 0, -0.06)] + [ZERO] * 2, 0.4),
-        ([ZERO] * 3 + [(0, 0, 0, -0.06)], None),
-        ([(math.nan, 0, 0, 0)], None),
+        ([(0.06, 0, 0, 0)] * 3 + [ZERO] * 31, 0.3),
+        ([(0.06, 0, 0, 0)] * 3 + [ZERO] * 30, None),
+        ([(0.05, math.radians(3.0), 0, 0)] * 31, 0.0),
+        ([(0.04, 0, 0.04, 0)] * 2 + [ZERO] * 31, 0.2),
+        ([(0.0, math.radians(-3.1), 0, 0)] + [ZERO] * 31, 0.1),
+        ([ZERO] * 3 + [(0, 0, 0, -0.06)] + [ZERO] * 31, 0.4),
+        ([ZERO] * 31 + [(0, 0, 0, -0.06)], 0.0),
+        ([(math.nan, 0, 0, 0)] * 40, None),
     ],
 )
 def test_settling(errors, settle_s):

@@ -1,0 +1,25 @@
+"""How many frames of a sender were lost, from the gaps in its sequence numbers."""
+
+from __future__ import annotations
+
+
+class SequenceCount:
+    """Counts what is missing between the first and the last frame of one sender.
+
+    Attributes:
+        lost: frames missing so far; one that comes late is taken off again.
+    """
+
+    def __init__(self) -> None:
+        self.lost = 0
+        self._last = -1
+
+    def take(self, sequence: int) -> None:
+        """Take in the sequence number (0 to 255) of a frame."""
+        # A gap of more than half the circle is a frame that came late, not 128 lost ones.
+        gap = (sequence - self._last - 1) % 256 if self._last >= 0 else 0
+        if gap < 128:
+            self.lost += gap
+            self._last = sequence
+        elif self.lost > 0 and sequence != self._last:
+            self.lost -= 1
