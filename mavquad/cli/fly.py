@@ -47,8 +47,8 @@ async def _fly(config: Config, run_dir: Path, as_json: bool) -> int:
             flight.folder.discard()
             raise
         await _drive(agent, driver, flight, as_json)
-    wall_s = time.perf_counter() - started
-    return flight.finish(agent, driver.runner, start_us, wall_s, driver.lateness_us, {}, as_json)
+        wall_s = time.perf_counter() - started
+        return flight.finish(agent, driver.runner, start_us, wall_s, driver.lateness_us, {}, as_json)
 
 
 async def _drive(agent: Agent, driver: LiveDriver, flight: Flight, as_json: bool) -> None:

@@ -28,20 +28,21 @@ def sim(path: Path | None, overrides: list[Override], run_dir: Path | None, as_j
     agent = Agent(config, START_US)
     mock = MockAutopilot(mock_config, config.seed, START_US)
     far = ImpairedLink(mock, mock_config.link, config.seed)
-    with Flight(config, run_dir or default_run_dir("sim")) as flight, Display(quiet=as_json) as display:
+    with Flight(config, run_dir or default_run_dir("sim")) as flight:
         started = time.perf_counter()
         lockstep = Lockstep(agent, far, flight.folder)
         truth = _Truth(mock)
-        while not agent.done and lockstep.now_us < START_US + LIMIT_S * 1e6:
-            lockstep.step()
-            truth.keep(agent)
-            notes = flight.collect(agent)
-            if notes:
-                display.update(agent, notes)
+        with Display(quiet=as_json) as display:
+            while not agent.done and lockstep.now_us < START_US + LIMIT_S * 1e6:
+                lockstep.step()
+                truth.keep(agent)
+                notes = flight.collect(agent)
+                if notes:
+                    display.update(agent, notes)
         lockstep.end()
         wall_s = time.perf_counter() - started
-    extra = {"true_position_rms_m": truth.position_rms_m(flight)}
-    return flight.finish(agent, lockstep.near, START_US, wall_s, [], extra, as_json)
+        extra = {"true_position_rms_m": truth.position_rms_m(flight)}
+        return flight.finish(agent, lockstep.near, START_US, wall_s, [], extra, as_json)
 
 
 class _Truth:
