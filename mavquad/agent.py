@@ -15,6 +15,7 @@ from mavquad.protocol.codec import Encoder, Message, decode, mavlink, message_id
 from mavquad.protocol.link import Link, heartbeat
 
 HEARTBEAT_US = 1_000_000
+ROUND_TRIP_MAX_US = 10_000_000
 
 
 class Agent:
@@ -46,7 +47,7 @@ class Agent:
         # A message that nobody here reads is not worth decoding.
         number = message_id(data)
         if number == mavlink.MAVLINK_MSG_ID_TIMESYNC:
-            self._answer_timesync(decode(data))
+            self._on_timesync(decode(data))
         elif self._captain.hears(number):
             assert self.link.vehicle is not None
             self._captain.take(decode(data), self.link.vehicle, now_us)
@@ -78,10 +79,15 @@ class Agent:
     def _send_heartbeat(self) -> None:
         self._heartbeat_us = self._now_us + HEARTBEAT_US
         self._send(heartbeat())
+        if self.link.vehicle is not None:
+            self._send(mavlink.MAVLink_timesync_message(0, self._now_us * 1000))
 
-    def _answer_timesync(self, message: Message) -> None:
+    def _on_timesync(self, message: Message) -> None:
+        """A question is answered with our time; an answer (to our own last question) tells the round trip."""
         if message.tc1 == 0:
             self._send(mavlink.MAVLink_timesync_message(self._now_us * 1000, message.ts1))
+        elif 0 <= (round_trip_us := self._now_us - message.ts1 // 1000) < ROUND_TRIP_MAX_US:
+            self._captain.measured_round_trip(round_trip_us)
 
     def _lost_us(self) -> int:
         return self.link.last_heard_us + self._silence_us if self.link.vehicle is not None else NEVER_US

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from pydantic import Field
+import math
+
+from pydantic import Field, model_validator
 
 from mavquad.control.params import LawParams
 from mavquad.flight.airframe import AirframeParams
@@ -12,6 +14,10 @@ from mavquad.flight.mission import MissionParams
 from mavquad.protocol.link import LinkParams
 from mavquad.protocol.streams import StreamParams
 from mavquad.schema import Section
+
+SETPOINTS_BEFORE_OFFBOARD = 20
+"""PX4 wants to see a stream before it takes the mode; one would do."""
+MOST_COMMANDS_IN_FLIGHT = 50
 
 
 class FlightParams(Section):
@@ -63,3 +69,39 @@ class AgentParams(Section):
     guards: GuardParams = GuardParams()
     law: LawParams = LawParams()
     mission: MissionParams = MissionParams()
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> AgentParams:
+        for broken, words in self._contradictions():
+            if broken:
+                raise ValueError(words)
+        return self
+
+    def _contradictions(self) -> tuple[tuple[bool, str], ...]:
+        slowest_hz = self.streams.least_share * min(self.streams.position_hz, self.streams.attitude_hz)
+        corner_m = math.sqrt(2.0) * self.mission.side_m if self.mission.name == "box" else 0.0
+        engage_s = SETPOINTS_BEFORE_OFFBOARD / slowest_hz + 1.5
+        return (
+            (self.guards.floor_m >= self.guards.ceiling_m, "guards.floor_m must be below guards.ceiling_m"),
+            (
+                corner_m >= self.guards.radius_m,
+                f"mission.side_m puts a corner {corner_m:.1f} m away, beyond guards.radius_m",
+            ),
+            (
+                self.guards.tilt_deg <= self.law.limits.tilt_max_deg,
+                "guards.tilt_deg must be greater than law.limits.tilt_max_deg",
+            ),
+            (
+                self.guards.stale_pose_s * slowest_hz < 1.5,
+                "guards.stale_pose_s is too short for streams.position_hz and streams.attitude_hz times streams.least_share",
+            ),
+            (self.flight.settle_s >= self.flight.takeoff_s, "flight.settle_s must be shorter than flight.takeoff_s"),
+            (
+                engage_s >= self.flight.engage_s,
+                f"flight.engage_s must be more than {engage_s:.1f} s at streams.position_hz",
+            ),
+            (
+                self.law.delay_s * self.streams.position_hz > MOST_COMMANDS_IN_FLIGHT,
+                f"law.delay_s times streams.position_hz must be at most {MOST_COMMANDS_IN_FLIGHT}",
+            ),
+        )

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import ClassVar
 
-from mavquad.agent_params import AgentParams
+from mavquad.agent_params import SETPOINTS_BEFORE_OFFBOARD, AgentParams
 from mavquad.endpoint import NEVER_US, grid_us
 from mavquad.errors import MavquadError
 from mavquad.flight import reasons
@@ -29,12 +29,12 @@ from mavquad.protocol.identify import Identification
 from mavquad.protocol.streams import shortfalls
 from mavquad.types import Attitude, Position, Vec4
 
-SETPOINTS_BEFORE_OFFBOARD = 20
 DISARM_PATIENCE_US = 5_000_000
 REASON_US = 250_000
 
 # Modes that are ours to expect in each phase; a change to any other one is the pilot's or a failsafe's.
-_OWN_MODES = {
+_OWN_MODES: dict[Phase, tuple[px4.Mode, ...]] = {
+    Phase.ARMING: (),
     Phase.TAKING_OFF: (px4.TAKEOFF, px4.LOITER),
     Phase.ENGAGING: (px4.TAKEOFF, px4.LOITER, px4.OFFBOARD),
     Phase.FLYING: (px4.OFFBOARD,),
@@ -43,6 +43,10 @@ _OWN_MODES = {
     Phase.LANDING: (px4.TAKEOFF, px4.OFFBOARD, px4.LOITER, px4.LAND),
 }
 
+
+# What a phase asks for; once HEARTBEAT has shown it, leaving it is no longer a matter of course.
+_ASKED_FOR = {Phase.TAKING_OFF: px4.TAKEOFF, Phase.LANDING: px4.LAND}
+_ON_GROUND = frozenset((Phase.CONNECTING, Phase.IDENTIFYING, Phase.WAITING))
 
 Address = tuple[int, int]
 """(system id, component id)."""
@@ -69,6 +73,7 @@ class Captain:
         self._phase_us = self._now_us
         self._phase_limit_us = self._limit_us(Phase.CONNECTING)
         self._ground_m = 0.0
+        self._seen_own_mode = False
         self._law_on = False
         self._notes: list[Note] = []
         self._trace: list[TraceRow] = []
@@ -117,6 +122,10 @@ class Captain:
         if now_us >= self._phase_limit_us:
             self._fire(Event.TIMEOUT, self._limit_error())
 
+    def measured_round_trip(self, round_trip_us: int) -> None:
+        """The vehicle answered a TIMESYNC of ours."""
+        self._vehicle.round_trip_us = round_trip_us
+
     def lose(self, now_us: int) -> None:
         """The vehicle is silent."""
         self._now_us = now_us
@@ -135,8 +144,8 @@ class Captain:
 
     def last_resort(self) -> list[Message]:
         """What to send when our own code has failed in flight: hold, and no rotation meanwhile."""
-        if self.phase not in IN_FLIGHT:
-            return []
+        if self.phase not in (Phase.ENGAGING, Phase.FLYING, Phase.HANDING_BACK):
+            return []  # the autopilot flies it, by itself
         hold = commands.set_mode(px4.LOITER.name, px4.LOITER.main, px4.LOITER.sub)
         safe = px4.torque_setpoint(self._now_us, self._law.safe_controls(), *self._target)
         return [hold.message(self._target, 0), safe]
@@ -191,9 +200,9 @@ class Captain:
             self._send_all(self._identification.on_deadline(self._target, self._now_us))
             self._check_identity()
         repeated = self._exchange.on_deadline(self._target, self._now_us)
-        if repeated is Reply.TIMEOUT:
+        if repeated is Reply.TIMEOUT and self.phase is not Phase.LANDING:
             self._fire(Event.TIMEOUT, reasons.unanswered(self._exchange, self._said(), self._now_us))
-        elif repeated is not None:
+        elif repeated is not None and repeated is not Reply.TIMEOUT:
             self._send(repeated)
 
     def _send_setpoint(self, controls: Vec4) -> None:
@@ -212,6 +221,8 @@ class Captain:
         # A request of the phase before must not be repeated into this one, least of all a mode change.
         self._exchange.cancel()
         self._refusal_us = NEVER_US
+        self._seen_own_mode = False
+        self._pose.may_restart = phase in _ON_GROUND
         self._note("phase", phase.value)
         action = self._ENTER.get(phase)
         if action is not None:
@@ -246,6 +257,8 @@ class Captain:
             details = self._not_ready()
         elif self.phase is Phase.IDENTIFYING:
             details = self._identification.waiting_for
+        elif self.phase is Phase.TAKING_OFF and self._takeoff.lacks_thrust:
+            details = "its hover thrust is not known (ATTITUDE_TARGET; or set airframe.hover_thrust_norm)"
         waited_s = (self._now_us - self._phase_us) * 1e-6
         return reasons.too_long(self.phase, details, self._exchange.tries, waited_s, self._said())
 
@@ -259,7 +272,7 @@ class Captain:
             version = ".".join(map(str, self._identification.version))
             self._fire(Event.REFUSED, reasons.no_torque(f"PX4 {version} ignores torque setpoints silently"))
             return
-        self._hover.from_parameter = self._identification.parameters.get("MPC_THR_HOVER", 0.0)
+        self._takeoff.altitude_m = self._identification.parameters.get("MIS_TAKEOFF_ALT", 0.0)
         self._fire(Event.IDENTIFIED)
 
     def _enter_arming(self) -> None:
@@ -309,28 +322,49 @@ class Captain:
         changed = self._vehicle.take_heartbeat(message)
         if self.phase is Phase.CONNECTING:
             self._on_found(message.autopilot)
-            return
-        if changed is not None and changed not in _OWN_MODES.get(self.phase, (changed,)):
+        elif self._is_taken_over(changed):
+            assert changed is not None
             self._fire(Event.TAKEN_OVER, reasons.taken_over(changed, self.phase, self._said()))
-            return
-        if changed is not None:
-            self._note("mode", changed.name)
-        self._on_armed() if self._vehicle.armed else self._on_disarmed()
+        else:
+            if changed is not None:
+                self._note("mode", changed.name)
+            self._on_armed() if self._vehicle.armed else self._on_disarmed()
+
+    def _is_taken_over(self, changed: px4.Mode | None) -> bool:
+        """Whether a change of mode is the pilot's or a failsafe's: to one that is not ours to expect, or not now."""
+        if changed is None:
+            return False
+        if self.phase is Phase.TAKING_OFF and changed == px4.LOITER and self._seen_own_mode:
+            height_m = self._pose.position.position_nwu_m[2] - self._ground_m if self._pose.position else 0.0
+            return not self._takeoff.is_high(height_m)
+        if self.phase is Phase.LANDING and self._seen_own_mode:
+            return True
+        self._seen_own_mode |= changed == _ASKED_FOR.get(self.phase)
+        return changed not in _OWN_MODES.get(self.phase, (changed,))
 
     def _on_found(self, autopilot: int) -> None:
-        if autopilot == mavlink.MAV_AUTOPILOT_PX4:
-            self._fire(Event.FOUND)
-        else:
+        if autopilot != mavlink.MAV_AUTOPILOT_PX4:
             self._fire(Event.REFUSED, reasons.not_px4(autopilot))
+        elif self._vehicle.armed:
+            self._fire(Event.REFUSED, reasons.armed_already(self._vehicle.mode_name))
+        else:
+            self._fire(Event.FOUND)
 
     def _on_armed(self) -> None:
+        """HEARTBEAT shows it armed; where it does not show what was asked for and acknowledged, that is asked again."""
         offboard = self._vehicle.mode == px4.OFFBOARD
         if self.phase is Phase.ARMING:
             self._fire(Event.ARMED)
         elif self.phase is Phase.ENGAGING and offboard:
             self._fire(Event.ENGAGED)
-        elif self.phase is Phase.HANDING_BACK and not offboard and not self._exchange.pending:
-            self._fire(Event.RELEASED)
+        elif self.phase in (Phase.IDENTIFYING, Phase.WAITING):
+            self._fire(Event.REFUSED, reasons.armed_already(self._vehicle.mode_name))
+        elif self._exchange.pending:
+            return
+        elif self.phase is Phase.HANDING_BACK:
+            self._enter_handing_back() if offboard else self._fire(Event.RELEASED)
+        elif self.phase is Phase.LANDING and self._vehicle.mode != px4.LAND:
+            self._enter_landing()
 
     def _on_disarmed(self) -> None:
         if self.phase is Phase.DISARMING and self._exchange.pending:
@@ -354,6 +388,9 @@ class Captain:
 
     def _on_refusal(self) -> None:
         """PX4 sends the text that says why right behind the ACK: wait for it, unless there is a vehicle to bring down."""
+        if self.phase is Phase.LANDING:
+            self._blame(reasons.refused(self._exchange, self._exchange.result, self._said()))
+            return
         if self._refusal_us == NEVER_US:
             waits = self.phase in (Phase.ARMING, Phase.TAKING_OFF, Phase.ENGAGING)
             self._refusal_result = self._exchange.result
@@ -420,6 +457,11 @@ class Captain:
         """Why the vehicle cannot be armed yet; empty when it can."""
         if not self._vehicle.prearm_ok:
             return f"the autopilot's own pre-arm checks have not passed (mode {self._vehicle.mode_name})"
+        if not self._vehicle.on_ground:
+            return "EXTENDED_SYS_STATE does not show it on the ground"
+        round_trip_us = self._vehicle.round_trip_us
+        if round_trip_us is not None and round_trip_us * 1e-6 > self._params.guards.stale_pose_s:
+            return f"a round trip over the link takes {round_trip_us * 1e-6:.2f} s: too slow to fly on"
         if self._pose.attitude is None or self._pose.position is None:
             return "no pose"
         return "; ".join(shortfalls(self._params.streams, self._vehicle.streams, self._now_us))

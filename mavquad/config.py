@@ -127,11 +127,15 @@ def blaming_options(overrides: Sequence[Override]) -> Iterator[None]:
             # A section as a whole is wrong, and an option changed a key of it.
             if _is_within(override.key, error.key):
                 raise ConfigError(f"{override.option} {override.key}", "", error.reason) from None
+        for override in overrides:
+            # Keys that contradict each other are named in the reason.
+            if not error.key and override.key in error.reason:
+                raise ConfigError(f"{override.option} {override.key}={override.text}", "", error.reason) from None
         raise
 
 
 def _is_within(key: str, table: str) -> bool:
-    return key == table or key.startswith(f"{table}.")
+    return bool(table) and (key == table or key.startswith(f"{table}."))
 
 
 def dump(config: Config) -> str:

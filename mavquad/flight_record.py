@@ -20,7 +20,8 @@ class TraceRow:
         reference: the same of the reference.
         zeta_hat: per channel the observer's estimate of the output (m or rad) and its first three derivatives.
         sigma: observer's estimate of the total disturbance, unit of the highest derivative + 1.
-        demanded: highest derivative that the law demands of each output, before the limits.
+        demanded: highest derivative that the law demands of each output: after its limits of speed, acceleration and tilt,
+            before the saturation of the inputs.
         input: the command U: v1 m/s^4, v2 rad/s^4, roll and pitch acceleration rad/s^2.
         controls: what went on the wire: roll, pitch, yaw, thrust (FRD, normalised).
         limits: names of the limits that were active.

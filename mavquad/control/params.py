@@ -96,6 +96,6 @@ class LawParams(Section):
         return self
 
     def _check_poles(self) -> None:
-        if any(real >= 0.0 for real, _ in self.poles):
-            raise ValueError("poles must have negative real parts")
+        if any(real > -0.05 for real, _ in self.poles):
+            raise ValueError("poles must have real parts of -0.05 or less")
         chain_gains("poles", CHAIN_LENGTH, 1.0, self.poles)

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import math
+from typing import Annotated
 
 from pydantic import Field
 
 from mavquad.flight.guards import tilt_rad
 from mavquad.schema import Section
-from mavquad.types import Attitude, Vec3
+from mavquad.types import Attitude
+
+LEAST_THRUST_NORM = 0.05
+LEAST_COUNT = 5
+Scale = Annotated[float, Field(gt=0.1, le=10000.0)]
 
 
 class AirframeParams(Section):
     """Scales between controls and motion."""
 
-    torque_scale_frd_rad_s2: Vec3 = (113.0, 113.0, 13.3)
+    torque_scale_frd_rad_s2: tuple[Scale, Scale, Scale] = (113.0, 113.0, 13.3)
     """Angular acceleration at a roll, pitch, yaw control of 1, in rad/s^2. The default is PX4's SIH quadrotor: four motors
     of 5 N on an arm of 0.2 m, mixed with 0.707, over 0.025 kg m^2; yaw four times 0.1 N m over 0.030 kg m^2."""
     hover_thrust_norm: float = Field(default=0.0, ge=0.0, le=1.0)
@@ -31,7 +36,6 @@ class HoverThrust:
         self._fixed = params.hover_thrust_norm
         self._sum = 0.0
         self._count = 0
-        self.from_parameter = 0.0
 
     def restart(self) -> None:
         """Forget what was learned: the vehicle is not hovering."""
@@ -39,15 +43,18 @@ class HoverThrust:
 
     def learn(self, thrust_norm: float, attitude: Attitude) -> None:
         """Take in the autopilot's own thrust command while it hovers."""
-        if math.isfinite(thrust_norm) and thrust_norm > 0.0:
+        if LEAST_THRUST_NORM < thrust_norm < 1.0 - LEAST_THRUST_NORM:
             self._sum += thrust_norm * math.cos(tilt_rad(attitude))
             self._count += 1
 
     @property
+    def known(self) -> bool:
+        """Whether the figure can be flown on: configured, or learned often enough."""
+        return self._fixed > 0.0 or self._count >= LEAST_COUNT
+
+    @property
     def norm(self) -> float:
-        """The best figure at hand: from the config, else learned, else the vehicle's parameter, else 0.5."""
+        """The best figure at hand: from the config, else learned, else 0.5 (not `known`)."""
         if self._fixed > 0.0:
             return self._fixed
-        if self._count > 0:
-            return self._sum / self._count
-        return self.from_parameter or 0.5
+        return self._sum / self._count if self._count else 0.5

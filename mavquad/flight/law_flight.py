@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from mavquad.control.controller import ControllerState, StepResult, begin, observe_attitude, step
+from mavquad.control.model import GRAVITY_M_S2
 from mavquad.control.params import LawParams
 from mavquad.control.reference import Pose, hold
 from mavquad.flight.airframe import AirframeParams, HoverThrust
@@ -14,7 +15,8 @@ from mavquad.flight_record import TraceRow
 from mavquad.protocol.firmware import px4
 from mavquad.types import Attitude, Position, ReferencePoint, TorqueCommand, Vec3, Vec4
 
-GRAVITY_M_S2 = 9.81
+LEAST_THRUST_MARGIN = 1.05
+"""A vehicle that hovers at nearly full thrust still gets this much to work with, as a share of its hover."""
 
 
 class LawFlight:
@@ -28,6 +30,7 @@ class LawFlight:
     """
 
     def __init__(self, law: LawParams, airframe: AirframeParams, mission: MissionParams, hover: HoverThrust) -> None:
+        self._configured_law = law
         self._law = law
         self._airframe = airframe
         self._mission_params = mission
@@ -72,8 +75,9 @@ class LawFlight:
 
     def _begin(self, position: Position, attitude: Attitude) -> None:
         # The thrust that holds this hover: T cos(tilt) = g.
-        specific_thrust_m_s2 = GRAVITY_M_S2 / math.cos(tilt_rad(attitude))
-        self._state = begin(self._law, position, attitude, specific_thrust_m_s2)
+        trim_m_s2 = GRAVITY_M_S2 / math.cos(tilt_rad(attitude))
+        self._law = within_controls(self._configured_law, self._airframe, self._hover.norm * trim_m_s2 / GRAVITY_M_S2)
+        self._state = begin(self._law, position, attitude, trim_m_s2)
         self._origin = Pose(position.position_nwu_m, attitude.yaw_rad)
 
     def controls(self, command: TorqueCommand) -> Vec4:
@@ -101,3 +105,29 @@ class LawFlight:
             controls=self.controls(result.command),
             limits=trace.limits_active,
         )
+
+
+def within_controls(law: LawParams, airframe: AirframeParams, trim_thrust_norm: float) -> LawParams:
+    """The law with its limits no wider than what the wire's controls can say (thrust 1, torque 1).
+
+    A command cut behind the law's back would be one that its observer and its integrators never hear of.
+    """
+    roll, pitch, yaw = airframe.torque_scale_frd_rad_s2
+    saturation, limits = law.saturation, law.limits
+    full_share = max(1.0 / trim_thrust_norm, LEAST_THRUST_MARGIN)
+    return law.model_copy(
+        update={
+            "saturation": saturation.model_copy(
+                update={
+                    "roll_rad_s2": min(saturation.roll_rad_s2, roll),
+                    "pitch_rad_s2": min(saturation.pitch_rad_s2, pitch),
+                }
+            ),
+            "limits": limits.model_copy(
+                update={
+                    "thrust_max_g": min(limits.thrust_max_g, full_share),
+                    "yaw_acceleration_max_deg_s2": min(limits.yaw_acceleration_max_deg_s2, math.degrees(yaw)),
+                }
+            ),
+        }
+    )

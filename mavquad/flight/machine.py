@@ -99,9 +99,9 @@ TRANSITIONS: dict[Phase, dict[Event, Phase]] = {
     },
     Phase.LANDING: {
         **_ALWAYS,
+        # A refusal to land is asked again, until the limit.
         Event.DISARMED: Phase.DONE,
         Event.LANDED: Phase.DISARMING,
-        Event.REFUSED: Phase.DONE,
         Event.TIMEOUT: Phase.DONE,
     },
     Phase.DISARMING: {

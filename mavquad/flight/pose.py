@@ -1,44 +1,80 @@
-"""The pose as it comes in: the last attitude and position, how old they are, and what is wrong with them."""
+"""The pose as it comes in: the last attitude and position, how old they are, and what is wrong with them.
+
+The age of a sample is known but for the link's least delay: arrival minus stamp is the clocks' offset plus the delay, and
+its running minimum stands for the offset plus the least delay. The minimum is let rise slowly, since clocks drift (real
+PX4 in lockstep: 13 ms/s). So what waited in a buffer while this computer stalled is not taken for fresh.
+"""
 
 from __future__ import annotations
 
-from mavquad.endpoint import NEVER_US, grid_us
+from mavquad.endpoint import NEVER_US, floor_to_grid_us, grid_us
 from mavquad.flight.guards import GuardParams, Tripped, not_a_number, stale
 from mavquad.protocol.codec import Message
 from mavquad.protocol.messages import attitude_from, position_from
 from mavquad.types import Attitude, Position
 
 _LONG_AGO_US = -NEVER_US
+_DRIFT = 0.03
+_REBOOT_US = 1_000_000
+
+
+class _Stream:
+    """When the last sample of one stream was taken, on our clock."""
+
+    def __init__(self, limit_us: int) -> None:
+        self._limit_us = limit_us
+        self._stamp_us = _LONG_AGO_US
+        self._arrival_us = _LONG_AGO_US
+        self._offset_us = NEVER_US
+        self.sampled_us = _LONG_AGO_US
+
+    def accept(self, stamp_us: int, now_us: int, may_restart: bool) -> bool:
+        """Whether a sample is newer than the last and not yet too old."""
+        if may_restart and stamp_us < self._stamp_us - _REBOOT_US:
+            self._stamp_us, self._offset_us = _LONG_AGO_US, NEVER_US
+        if stamp_us <= self._stamp_us:
+            return False
+        drifted_us = (
+            self._offset_us + int(_DRIFT * (now_us - self._arrival_us)) if self._offset_us < NEVER_US else NEVER_US
+        )
+        self._offset_us = min(now_us - stamp_us, drifted_us)
+        self._stamp_us, self._arrival_us = stamp_us, now_us
+        sampled_us = floor_to_grid_us(stamp_us + self._offset_us)
+        if now_us - sampled_us >= self._limit_us:
+            return False
+        self.sampled_us = sampled_us
+        return True
 
 
 class PoseIntake:
-    """Takes in pose messages; only one that is finite and newer than the last counts as a measurement.
+    """Takes in pose messages; only one that is finite, newer than the last and young enough counts as a measurement.
 
     Attributes:
         attitude: the last one, None before the first.
         position: the last one, None before the first.
-        old: messages with a stamp not newer than the last one's (duplicates, late ones), not used.
+        old: messages not used: with a stamp not newer than the last one's (duplicates, late ones), or too old.
+        may_restart: whether stamps that step back by more than a second mean a reboot; False in flight.
     """
 
     def __init__(self, params: GuardParams) -> None:
         self._limit_us = grid_us(params.stale_pose_s)
         self._params = params
+        self._attitudes = _Stream(self._limit_us)
+        self._positions = _Stream(self._limit_us)
         self.attitude: Attitude | None = None
         self.position: Position | None = None
         self.old = 0
-        self._attitude_us = _LONG_AGO_US
-        self._position_us = _LONG_AGO_US
+        self.may_restart = True
 
     def take_attitude(self, message: Message, now_us: int) -> Attitude | Tripped | None:
         """The attitude if it is a fresh measurement; the guard that it trips; None if it is old."""
         attitude = attitude_from(message)
         if attitude is None:
             return not_a_number("ATTITUDE")
-        if self.attitude is not None and attitude.stamp_us <= self.attitude.stamp_us:
+        if not self._attitudes.accept(attitude.stamp_us, now_us, self.may_restart):
             self.old += 1
             return None
         self.attitude = attitude
-        self._attitude_us = now_us
         return attitude
 
     def take_position(self, message: Message, now_us: int) -> Position | Tripped | None:
@@ -46,20 +82,19 @@ class PoseIntake:
         position = position_from(message)
         if position is None:
             return not_a_number("LOCAL_POSITION_NED")
-        if self.position is not None and position.stamp_us <= self.position.stamp_us:
+        if not self._positions.accept(position.stamp_us, now_us, self.may_restart):
             self.old += 1
             return None
         self.position = position
-        self._position_us = now_us
         return position
 
     def stale_deadline_us(self) -> int:
         """When the older of the two streams becomes stale."""
-        return min(self._attitude_us, self._position_us) + self._limit_us
+        return min(self._attitudes.sampled_us, self._positions.sampled_us) + self._limit_us
 
     def stale(self, now_us: int) -> Tripped | None:
         """The guard that an old pose trips."""
-        for name, last_us in (("ATTITUDE", self._attitude_us), ("LOCAL_POSITION_NED", self._position_us)):
-            if now_us - last_us >= self._limit_us:
-                return stale(name, min((now_us - last_us) * 1e-6, 1e3), self._params)
+        for name, stream in (("ATTITUDE", self._attitudes), ("LOCAL_POSITION_NED", self._positions)):
+            if now_us - stream.sampled_us >= self._limit_us:
+                return stale(name, min((now_us - stream.sampled_us) * 1e-6, 1e3), self._params)
         return None

@@ -47,6 +47,12 @@ def not_px4(autopilot: int) -> VehicleRefused:
     return no_torque(f"the autopilot is {name}")
 
 
+def armed_already(mode_name: str) -> VehicleRefused:
+    """Somebody is flying it, or about to."""
+    hint = "mavquad takes over no vehicle that somebody else armed: land and disarm it first"
+    return VehicleRefused("a flight from the ground", f"the vehicle is armed already, mode {mode_name}", hint=hint)
+
+
 def taken_over(mode: px4.Mode, phase: Phase, said: str) -> FlightEnded:
     """HEARTBEAT shows a mode that we did not ask for."""
     return FlightEnded(

@@ -13,16 +13,31 @@ from mavquad.types import Attitude, Position
 
 HOVER_SPEED_M_S = 0.4
 LIFTED_M = 0.5
+HIGH_SHARE = 0.5
 
 
 class TakeoffWatch:
-    """Watches a takeoff; `hover` learns while the vehicle is steady."""
+    """Watches a takeoff; `hover` learns while the vehicle is steady.
+
+    Attributes:
+        altitude_m: height that the autopilot climbs to (PX4's MIS_TAKEOFF_ALT); 0 while unknown.
+    """
 
     def __init__(self, hover: HoverThrust, settle_s: float, floor_m: float) -> None:
         self._hover = hover
         self._settle_us = settle_s * 1e6
         self._least_height_m = max(floor_m, LIFTED_M)
         self._steady_since_us = NEVER_US
+        self.altitude_m = 0.0
+
+    def is_high(self, height_m: float) -> bool:
+        """Whether a hold at this height can be the takeoff's end; the estimate of a real vehicle drifts by a metre."""
+        return height_m > max(self._least_height_m, HIGH_SHARE * self.altitude_m)
+
+    @property
+    def lacks_thrust(self) -> bool:
+        """Whether it holds steadily and only the hover thrust is still unknown."""
+        return self._steady_since_us != NEVER_US and not self._hover.known
 
     def learn(self, thrust_norm: float, attitude: Attitude | None) -> None:
         """The autopilot's own thrust command (ATTITUDE_TARGET)."""
@@ -38,10 +53,10 @@ class TakeoffWatch:
             holds: whether the autopilot is in its hold mode and the whole pose is fresh.
             now_us: when.
         """
-        lifted = position.position_nwu_m[2] - ground_m > self._least_height_m
+        lifted = self.is_high(position.position_nwu_m[2] - ground_m)
         if not holds or not lifted or math.hypot(*position.velocity_nwu_m_s) > HOVER_SPEED_M_S:
             self._steady_since_us = NEVER_US
             self._hover.restart()
             return False
         self._steady_since_us = min(self._steady_since_us, now_us)
-        return now_us - self._steady_since_us >= self._settle_us
+        return now_us - self._steady_since_us >= self._settle_us and self._hover.known

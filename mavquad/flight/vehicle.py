@@ -22,6 +22,7 @@ class Vehicle:
         armed: from HEARTBEAT.
         prearm_ok: whether its own pre-arm checks pass (SYS_STATUS).
         on_ground_since_us: since when EXTENDED_SYS_STATE has shown it on the ground; NEVER_US while it does not.
+        round_trip_us: of the last TIMESYNC that it answered; None before.
         streams: arrivals of the pose messages.
     """
 
@@ -30,8 +31,14 @@ class Vehicle:
         self.armed = False
         self.prearm_ok = False
         self.on_ground_since_us = NEVER_US
+        self.round_trip_us: int | None = None
         self.streams = {"ATTITUDE": StreamMonitor(), "LOCAL_POSITION_NED": StreamMonitor()}
         self._texts: deque[tuple[int, str]] = deque(maxlen=TEXTS_KEPT)
+
+    @property
+    def on_ground(self) -> bool:
+        """Whether EXTENDED_SYS_STATE shows it on the ground."""
+        return self.on_ground_since_us != NEVER_US
 
     @property
     def mode_name(self) -> str:

@@ -10,7 +10,7 @@ from mavquad.protocol.command import Command, CommandExchange, Reply, request_me
 from mavquad.protocol.params import ParamReader
 from mavquad.protocol.streams import StreamParams, requests
 
-PARAMETERS = ("MPC_THR_HOVER", "MIS_TAKEOFF_ALT", "COM_RCL_EXCEPT", "COM_OF_LOSS_T")
+PARAMETERS = ("MIS_TAKEOFF_ALT", "COM_RCL_EXCEPT")
 VERSION_REQUESTS = 5
 UNKNOWN_VERSION = (0, 0, 0)
 

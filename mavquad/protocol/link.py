@@ -83,7 +83,8 @@ class Link:
     def _try_lock(self, source: tuple[int, int], heartbeat: Message) -> None:
         wanted = self._params.target_system
         is_vehicle = heartbeat.autopilot != mavlink.MAV_AUTOPILOT_INVALID and heartbeat.type not in _NOT_A_VEHICLE
-        if is_vehicle and wanted in (0, source[0]):
+        ours = (self._params.system_id, self._params.component_id)
+        if is_vehicle and wanted in (0, source[0]) and source != ours:
             self.vehicle = source
 
 

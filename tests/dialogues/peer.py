@@ -306,7 +306,7 @@ class Dialogue:
     # ------------------------------------------------------------------ what was seen
 
     def names(
-        self, *, ignore: tuple[str, ...] = ("HEARTBEAT", "PARAM_REQUEST_READ", "interval", "request")
+        self, *, ignore: tuple[str, ...] = ("HEARTBEAT", "TIMESYNC", "PARAM_REQUEST_READ", "interval", "request")
     ) -> list[str]:
         """What was sent, in order, repetitions collapsed."""
         names = [sent.name for sent in self.sent if sent.name not in ignore]

@@ -44,7 +44,7 @@ def test_a_whole_flight_in_its_order():
 def test_the_streams_and_parameters_are_asked_for_once_when_all_is_answered():
     dialogue = Dialogue().run(Phase.WAITING)
     asked = [sent.message.param_id for sent in dialogue.of("PARAM_REQUEST_READ")]
-    assert asked == ["MPC_THR_HOVER", "MIS_TAKEOFF_ALT", "COM_RCL_EXCEPT", "COM_OF_LOSS_T"]
+    assert asked == ["MIS_TAKEOFF_ALT", "COM_RCL_EXCEPT"]
     intervals = {int(sent.message.param1): sent.message.param2 for sent in dialogue.of("interval")}
     assert intervals[mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED] == 10_000.0
     assert intervals[mavlink.MAVLINK_MSG_ID_ATTITUDE] == 10_000.0
@@ -125,7 +125,7 @@ def test_an_unknown_parameter_does_not_hold_up_the_flight():
     dialogue = Dialogue(vehicle).run(Phase.ARMING, 6.0)
     asked = [sent.message.param_id for sent in dialogue.of("PARAM_REQUEST_READ")]
     assert asked.count("COM_RCL_EXCEPT") == 5
-    assert asked.count("MPC_THR_HOVER") == 1
+    assert asked.count("MIS_TAKEOFF_ALT") == 1
 
 
 def test_a_version_that_is_lost_behind_its_ack_is_asked_for_again():

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from mavquad.captain import SETPOINTS_BEFORE_OFFBOARD
+from mavquad.agent_params import SETPOINTS_BEFORE_OFFBOARD
 from mavquad.errors import VehicleRefused
 from mavquad.flight.machine import Phase
 from mavquad.protocol.firmware import px4

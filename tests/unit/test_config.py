@@ -162,3 +162,29 @@ def test_time_limits_of_the_phases():
     flight = Config().flight
     assert [phase.name for phase in Phase if flight.limit_s(phase) == 0.0] == ["FLYING", "DONE"]
     assert flight.limit_s(Phase.ARMING) == flight.arm_s
+
+
+@pytest.mark.parametrize(
+    ("overrides", "words"),
+    [
+        ({"guards.floor_m": "30"}, "guards.floor_m must be below guards.ceiling_m"),
+        ({"mission.side_m": "100"}, "mission.side_m puts a corner 141.4 m away, beyond guards.radius_m"),
+        ({"guards.tilt_deg": "20"}, "guards.tilt_deg must be greater than law.limits.tilt_max_deg"),
+        ({"streams.position_hz": "10", "guards.stale_pose_s": "0.02"}, "guards.stale_pose_s is too short"),
+        ({"flight.settle_s": "50"}, "flight.settle_s must be shorter than flight.takeoff_s"),
+        ({"flight.engage_s": "1.6", "streams.position_hz": "50"}, "flight.engage_s must be more than 2.2 s"),
+        (
+            {"law.delay_s": "0.3", "streams.position_hz": "250"},
+            "law.delay_s times streams.position_hz must be at most 50",
+        ),
+        ({"airframe.torque_scale_frd_rad_s2": "[0, 113, 13.3]"}, "greater than 0.1"),
+        ({"law.polynomial": '"poles"', "law.poles": "[[-1e-9,0],[-1,0],[-1,0],[-1,0]]"}, "-0.05 or less"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, dict) else None,
+)
+def test_settings_that_contradict_each_other_are_refused_and_the_option_is_named(overrides, words):
+    given = [Override(key, text) for key, text in overrides.items()]
+    with pytest.raises(ConfigError) as refused:
+        load(default_path(), given)
+    assert words in str(refused.value)
+    assert str(refused.value).startswith("--set")

@@ -6,7 +6,9 @@ import math
 
 import pytest
 
+from mavquad.control.params import LawParams
 from mavquad.flight.airframe import AirframeParams, HoverThrust
+from mavquad.flight.law_flight import within_controls
 from mavquad.types import Attitude
 
 
@@ -18,17 +20,25 @@ def test_nothing_known():
     assert HoverThrust(AirframeParams()).norm == 0.5
 
 
-def test_the_vehicles_parameter_before_anything_is_learned():
+def test_a_few_samples_make_it_known():
     hover = HoverThrust(AirframeParams())
-    hover.from_parameter = 0.42
-    assert hover.norm == 0.42
-    hover.learn(0.6, attitude())
-    assert hover.norm == pytest.approx(0.6)
+    for count in range(5):
+        assert not hover.known, count
+        hover.learn(0.6, attitude())
+    assert hover.known
+    assert HoverThrust(AirframeParams(hover_thrust_norm=0.4)).known
+
+
+@pytest.mark.parametrize("thrust", [math.nan, math.inf, -0.2, 0.0, 0.01, 0.99, 1.0])
+def test_what_no_hover_takes_is_not_learned(thrust):
+    hover = HoverThrust(AirframeParams())
+    for _ in range(9):
+        hover.learn(thrust, attitude())
+    assert not hover.known
 
 
 def test_the_configured_figure_is_above_all():
     hover = HoverThrust(AirframeParams(hover_thrust_norm=0.37))
-    hover.from_parameter = 0.42
     hover.learn(0.6, attitude())
     assert hover.norm == 0.37
 
@@ -62,3 +72,13 @@ def test_restart_forgets():
     assert hover.norm == 0.5
     hover.learn(0.3, attitude())
     assert hover.norm == pytest.approx(0.3)
+
+
+def test_the_law_is_told_what_the_controls_cannot_say():
+    airframe = AirframeParams(torque_scale_frd_rad_s2=(20.0, 113.0, 1.5))
+    law = within_controls(LawParams(), airframe, trim_thrust_norm=0.8)
+    assert law.limits.thrust_max_g == pytest.approx(1.25)
+    assert law.saturation.roll_rad_s2 == 20.0
+    assert law.saturation.pitch_rad_s2 == LawParams().saturation.pitch_rad_s2
+    assert law.limits.yaw_acceleration_max_deg_s2 == pytest.approx(math.degrees(1.5))
+    assert within_controls(LawParams(), AirframeParams(), 0.49) == LawParams()

@@ -100,3 +100,24 @@ def test_stale_at_the_deadline_and_not_a_step_before_it():
 
 def test_nothing_ever_heard_is_stale():
     assert intake().stale(0).name == "stale pose"
+
+
+def test_a_backlog_is_old_however_it_arrives():
+    pose = intake()
+    for k in range(100):
+        take(pose, "position", position(10 * k), now_us=10_000 * k + 3_000)
+    # The loop stalls for 0.3 s; then all that waited is read at once: what is older than 0.1 s is no measurement.
+    late_us = 990_000 + 300_000 + 3_000
+    used = [take(pose, "position", position(1000 + 10 * k), now_us=late_us) for k in range(30)]
+    assert [item is not None for item in used].index(True) in (19, 20)
+    assert used[-1] is not None
+    assert pose.old in (19, 20)
+
+
+def test_a_reboot_starts_over_on_the_ground_only():
+    pose = intake()
+    take(pose, "position", position(50_000), now_us=50_000_000)
+    pose.may_restart = False
+    assert take(pose, "position", position(10), now_us=50_010_000) is None
+    pose.may_restart = True
+    assert take(pose, "position", position(20), now_us=50_020_000) is not None
