@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
-from rich.console import Console, Group, RenderableType
+from rich.console import Group, RenderableType
 from rich.live import Live
 from rich.panel import Panel
 from rich.progress_bar import ProgressBar
@@ -14,6 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from mavquad.agent import Agent
+from mavquad.cli.terminal import QuietConsole, shown
 from mavquad.flight.machine import Phase
 from mavquad.flight_record import Note, Status
 
@@ -33,28 +34,36 @@ _NOTES_SHOWN = 6
 
 
 class Display:
-    """Shows a flight on stderr; quiet when told so."""
+    """Shows a flight on stderr; quiet when told so, and for good once nobody reads: showing must never end a flight."""
 
     def __init__(self, quiet: bool) -> None:
-        self._console = Console(stderr=True, quiet=quiet, highlight=False)
+        self._console = QuietConsole(stderr=True, quiet=quiet, highlight=False)
         self._interactive = self._console.is_terminal and not quiet
         self._live: Live | None = None
+        self._gone = False
         self._start_us = 0
         self._notes: list[Note] = []
 
     def __enter__(self) -> Display:
         if self._interactive:
             self._live = Live(console=self._console, auto_refresh=False, transient=True)
-            self._live.start()
+            self._try(self._live.start)
         return self
 
     def __exit__(self, *_: object) -> None:
         if self._live is not None:
-            self._live.stop()
+            self._try(self._live.stop)
             self._live = None
 
     def update(self, agent: Agent, notes: Iterable[Note]) -> None:
         """Show the present state and what happened since the last call."""
+        self._try(lambda: self._update(agent, notes))
+
+    def _try(self, show: Callable[[], None]) -> None:
+        if not self._gone:
+            self._gone = not shown(show)
+
+    def _update(self, agent: Agent, notes: Iterable[Note]) -> None:
         for note in notes:
             self._start_us = self._start_us or note.stamp_us
             self._notes.append(note)

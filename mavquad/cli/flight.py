@@ -7,13 +7,14 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
+from rich.text import Text
 
 from mavquad import __version__
 from mavquad.agent import Agent
 from mavquad.analysis.metrics import FlightMetrics, error_samples, flight_metrics
 from mavquad.cli.display import summary_table
 from mavquad.cli.outcome import show
+from mavquad.cli.terminal import QuietConsole, say, shown
 from mavquad.config import Config, Override, blaming_options, default_path, dump, load
 from mavquad.drivers.run_folder import RunFolder, to_json
 from mavquad.drivers.runner import Runner
@@ -105,16 +106,21 @@ class Flight:
         self.folder.write_whole("summary.json", to_json(summary))
         self._draw(summary, metrics)
         if as_json:
-            print(to_json(summary), end="")  # noqa: T201 - the one thing on stdout
-        elif status.setpoints_sent:
-            Console().print(summary_table(summary))
+            say(to_json(summary))
         else:
-            Console(highlight=False).print(f"run folder: {self.folder.path}", soft_wrap=True)
+            shown(lambda: self._print(summary))
         if agent.error is not None:
             show(agent.error)
         if self.folder.failure is not None:
             raise self.folder.failure
         return self.exit_code(agent)
+
+    def _print(self, summary: dict[str, Any]) -> None:
+        console = QuietConsole(highlight=False)
+        if summary["setpoints_sent"]:
+            console.print(summary_table(summary))
+        else:
+            console.print(Text(f"run folder: {self.folder.path}"), soft_wrap=True)
 
     @staticmethod
     def _link(agent: Agent, framer: Framer) -> dict[str, int]:

@@ -57,7 +57,7 @@ async def _drive(agent: Agent, driver: LiveDriver, flight: Flight, as_json: bool
             while not agent.done:
                 await driver.wait(REFRESH_S)
                 display.update(agent, flight.collect(agent))
-    except Exception as error:
+    except BaseException as error:
         # Our own failure in flight, or the operator's: the firmware would keep our last torque, so ask it to hold.
         for datagram in agent.last_resort():
             driver.send_raw(datagram)

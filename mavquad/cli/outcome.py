@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 import tempfile
 import traceback
 from collections.abc import Callable
 from pathlib import Path
 
-from rich.console import Console
+from rich.text import Text
 
+from mavquad.cli.terminal import QuietConsole, flush_or_drop, shown
 from mavquad.errors import EXIT_INTERNAL, EXIT_INTERRUPTED, InputError, InternalError, MavquadError
 
 EXIT_CODES = """\
@@ -25,18 +25,22 @@ Exit codes:
 
 def show(error: MavquadError) -> None:
     """Print an error and its hint to stderr."""
-    console = Console(stderr=True, highlight=False, soft_wrap=True)
-    console.print(f"[bold red]error:[/] {_escaped(error.message)}")
-    if error.hint:
-        console.print(f"[dim]hint:[/]  {_escaped(error.hint)}")
-
-
-def _escaped(text: str) -> str:
-    return text.replace("[", r"\[")
+    lines = [("error:", "bold red", f" {error.message}"), ("hint:", "dim", f"  {error.hint}")]
+    console = QuietConsole(stderr=True, highlight=False, soft_wrap=True)
+    for head, style, words in lines if error.hint else lines[:1]:
+        line = Text.assemble((head, style), words)
+        shown(lambda line=line: console.print(line))  # type: ignore[misc]
 
 
 def run(command: Callable[[], object]) -> int:
-    """Run the command line; the exit code of whatever comes of it.
+    """Run the command line; the exit code of whatever comes of it, whether or not somebody still reads what is said."""
+    code = _run(command)
+    flush_or_drop()
+    return code
+
+
+def _run(command: Callable[[], object]) -> int:
+    """The exit code of a command.
 
     A command returns its exit code (or None for 0), or raises a `MavquadError`. The parser's own errors carry an
     `exit_code` and a `format_message`.
@@ -49,9 +53,9 @@ def run(command: Callable[[], object]) -> int:
         show(error)
         return error.exit_code
     except KeyboardInterrupt:
-        Console(stderr=True).print("interrupted")
+        shown(lambda: QuietConsole(stderr=True).print("interrupted"))
         return EXIT_INTERRUPTED
-    except BrokenPipeError:
+    except BrokenPipeError:  # of the parser's help; what a flight shows does not raise
         return 0
     except Exception as error:  # noqa: BLE001 - the last net: everything ends as a message and a code
         if type(error).__name__ == "NoArgsIsHelpError":
@@ -75,5 +79,4 @@ def _internal(error: Exception) -> int:
     except OSError:
         where = "details could not be written"
     show(InternalError(f"mavquad failed ({type(error).__name__}: {error}); {where}", "please report it"))
-    sys.stderr.flush()
     return EXIT_INTERNAL

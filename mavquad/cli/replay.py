@@ -6,12 +6,12 @@ import time
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
 from mavquad.agent import Agent
 from mavquad.analysis.shadow import Shadow, shadow
 from mavquad.analysis.survey import Survey, survey
+from mavquad.cli.terminal import QuietConsole, say, shown
 from mavquad.config import load
 from mavquad.drivers.replay import OperatorEvent, ReplayResult
 from mavquad.drivers.replay import replay as run_replay
@@ -40,9 +40,9 @@ def _replay_ours(path: Path, contents: TlogContents, as_json: bool) -> int:
     result = run_replay(Agent(config, start_us), start_us, contents, events)
     wall_s = time.perf_counter() - started
     if as_json:
-        print(to_json(_replay_json(contents, result, wall_s)), end="")  # noqa: T201 - the one thing on stdout
+        say(to_json(_replay_json(contents, result, wall_s)))
     else:
-        _print_replay(contents, result, wall_s)
+        shown(lambda: _print_replay(contents, result, wall_s))
     if not result.equal:
         raise ReplayDiffers(
             "the replay differs from the recorded flight",
@@ -75,7 +75,7 @@ def _replay_json(contents: TlogContents, result: ReplayResult, wall_s: float) ->
 
 
 def _print_replay(contents: TlogContents, result: ReplayResult, wall_s: float) -> None:
-    console = Console(highlight=False)
+    console = QuietConsole(highlight=False)
     table = Table(show_header=False, box=None, padding=(0, 2))
     table.add_column(style="dim")
     table.add_column()
@@ -107,14 +107,14 @@ def _survey(path: Path, contents: TlogContents, output: Path | None, as_json: bo
     survey_figure(found, observed, figure, path.name)
     if as_json:
         result = {**found.to_json(), "observer": observed.to_json() if observed else None, "figure": str(figure)}
-        print(to_json(result), end="")  # noqa: T201 - the one thing on stdout
+        say(to_json(result))
     else:
-        _print_survey(found, observed, figure)
+        shown(lambda: _print_survey(found, observed, figure))
     return EXIT_OK
 
 
 def _print_survey(found: Survey, observed: Shadow | None, figure: Path) -> None:
-    console = Console(highlight=False)
+    console = QuietConsole(highlight=False)
     console.print(
         f"{found.frames} frames over {found.duration_s:.1f} s, {found.bad_bytes} bad bytes"
         f" in {len(found.bad_ranges)} places, {found.unknown_frames} frames of unknown messages"

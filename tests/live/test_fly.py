@@ -128,9 +128,17 @@ def under_fire(folder: Path) -> Flight:
     return flight
 
 
+def reader_leaves(folder: Path) -> Flight:
+    """As `mavquad fly 2>&1 | head -11`: the reader of the story leaves in flight."""
+    command = '"$0" -m mavquad fly --mission hover --duration 3 --run-dir run 2>&1 | head -11; exit ${PIPESTATUS[0]}'
+    process = subprocess.Popen(["bash", "-c", command, sys.executable], cwd=folder, stdout=subprocess.PIPE, text=True)
+    stdout, _ = process.communicate(timeout=100)
+    return Flight(process, folder / "run", stdout)
+
+
 SCENARIOS: dict[str, Callable[[Path], Flight]] = {
     scenario.__name__: scenario
-    for scenario in (fly_with_its_own_mock, interrupted, interrupted_twice, mock_killed, under_fire)
+    for scenario in (fly_with_its_own_mock, interrupted, interrupted_twice, mock_killed, under_fire, reader_leaves)
 }
 
 
@@ -193,6 +201,21 @@ def test_a_vehicle_that_dies_in_flight(flights: dict[str, Flight]) -> None:
 def test_strangers_on_the_port_are_ignored(flights: dict[str, Flight]) -> None:
     flight = flights["under_fire"]
     assert flight.process.returncode == 0, flight.story
+
+
+def test_a_reader_that_leaves_does_not_end_a_flight(flights: dict[str, Flight]) -> None:
+    flight = flights["reader_leaves"]
+    assert flight.story.count("\n") == 11
+    assert flight.process.returncode == 0, flight.story
+    assert flight.summary()["outcome"] == "mission complete"
+    assert "Disarmed by landing" in (flight.run_dir / "notes.jsonl").read_text()
+
+
+@pytest.mark.parametrize("where", ["| true", "2>&1 | true", "--json | true", "> /dev/full 2>&1", "2>&-", ">&- 2>&-"])
+def test_a_flight_that_nobody_sees_keeps_its_exit_code(tmp_path: Path, where: str) -> None:
+    command = f'"$0" -m mavquad sim --set guards.ceiling_m=2 {where}; exit ${{PIPESTATUS[0]}}'
+    process = subprocess.run(["bash", "-c", command, sys.executable], cwd=tmp_path, timeout=60)
+    assert process.returncode == 4
 
 
 def test_nobody_there(tmp_path: Path) -> None:
