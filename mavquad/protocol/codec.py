@@ -101,7 +101,7 @@ class Framer:
     def push(self, chunk: bytes) -> list[bytes]:
         """Take in a datagram or a piece of a stream; return the whole frames that it completes, in order."""
         before = self.bad_bytes
-        if self._rest and _starts_with_frame(chunk):
+        if self._rest and _frame_starts(chunk, 0):
             self.bad_bytes += len(self._rest)
             self._rest = b""
         frames, self._rest = self._cut(self._rest + chunk)
@@ -113,13 +113,14 @@ class Framer:
 
     def _cut(self, buffer: bytes) -> tuple[list[bytes], bytes]:
         frames: list[bytes] = []
+        valid = _ValidFrames(buffer)
         at = 0
         while at < len(buffer):
             length = frame_length(buffer, at)
             if length == 0 or length > len(buffer) - at:
                 return frames, buffer[at:]
             frame = buffer[at : at + length]
-            if length > 0 and (is_valid(frame) or self._is_unknown(buffer, at, at + length)):
+            if length > 0 and (is_valid(frame) or self._is_unknown(frame, at, valid)):
                 frames.append(frame)
                 at += length
             else:
@@ -127,20 +128,43 @@ class Framer:
                 at += 1
         return frames, b""
 
-    def _is_unknown(self, buffer: bytes, start: int, end: int) -> bool:
-        if is_known(buffer[start:end]) or (end < len(buffer) and buffer[end] not in (MAGIC_V1, MAGIC_V2)):
-            return False
-        if any(_starts_with_frame(buffer[inner:]) for inner in range(start + 1, end)):
+    def _is_unknown(self, frame: bytes, start: int, valid: _ValidFrames) -> bool:
+        end = start + len(frame)
+        if is_known(frame) or not valid.may_end_at(end) or valid.any_in(start + 1, end):
             return False
         self.unknown += 1
         return True
 
 
-def _starts_with_frame(chunk: bytes) -> bool:
-    if not chunk:
+class _ValidFrames:
+    """Where valid frames start in a buffer. Each offset is looked at once, or a crafted datagram would stall a flight."""
+
+    def __init__(self, buffer: bytes) -> None:
+        self._buffer = buffer
+        self._found = -1
+        self._searched = 0
+
+    def may_end_at(self, at: int) -> bool:
+        """Whether the buffer ends there or something that may be a frame begins."""
+        return at >= len(self._buffer) or self._buffer[at] in (MAGIC_V1, MAGIC_V2)
+
+    def any_in(self, start: int, end: int) -> bool:
+        """Whether one starts in this range; to be asked with growing starts."""
+        if self._found >= start:
+            return self._found < end
+        for at in range(max(start, self._searched), end):
+            self._searched = at + 1
+            if _frame_starts(self._buffer, at):
+                self._found = at
+                return True
         return False
-    length = frame_length(chunk, 0)
-    return 0 < length <= len(chunk) and is_valid(chunk[:length])
+
+
+def _frame_starts(buffer: bytes, at: int) -> bool:
+    if at >= len(buffer):
+        return False
+    length = frame_length(buffer, at)
+    return 0 < length <= len(buffer) - at and is_valid(buffer[at : at + length])
 
 
 def decode(frame: bytes) -> Message:

@@ -182,3 +182,47 @@ def test_rubbish_behind_an_unknown_frame_makes_it_rubbish():
     assert framer.push(unknown_frame(payload=b"abc") + b"rubbish") == []
     assert framer.unknown == 0
     assert framer.bad_bytes == 15 + 7
+
+
+def test_a_crafted_datagram_costs_a_few_steps_a_byte(monkeypatch):
+    calls = 0
+    real = codec.frame_length
+
+    def counted(buffer, at):
+        nonlocal calls
+        calls += 1
+        return real(buffer, at)
+
+    monkeypatch.setattr(codec, "frame_length", counted)
+    # Many would-be frames of unknown messages, one over the other, each with a good frame inside it.
+    crafted = (b"\xfd\xfd\x00" * 75 + HEARTBEAT) * 260
+    framer = Framer()
+    assert set(framer.push(crafted)) == {HEARTBEAT}
+    assert len(crafted) > 60_000
+    assert calls < 3 * len(crafted)
+
+
+class ReferenceFramer(Framer):
+    """Looks for a frame inside an unknown one the plain way."""
+
+    def _is_unknown(self, frame, start, valid):
+        end = start + len(frame)
+        buffer = valid._buffer
+        if codec.is_known(frame) or (end < len(buffer) and buffer[end] not in (0xFD, 0xFE)):
+            return False
+        if any(codec._frame_starts(buffer[inner:], 0) for inner in range(start + 1, end)):
+            return False
+        self.unknown += 1
+        return True
+
+
+PIECES = st.one_of(
+    FRAMES, st.binary(max_size=8), st.just(b"\xfd\x03\x00"), st.builds(unknown_frame, payload=st.binary(max_size=60))
+)
+
+
+@given(st.lists(PIECES, max_size=12).map(b"".join))
+def test_looking_once_finds_what_looking_everywhere_finds(stream):
+    framer, reference = Framer(), ReferenceFramer()
+    assert framer.push(stream) == reference.push(stream)
+    assert (framer.unknown, framer.bad_bytes) == (reference.unknown, reference.bad_bytes)
