@@ -4,6 +4,7 @@
     udp:HOST:PORT      the same (pymavlink); MAVSDK's udp://:PORT too
     udpout:HOST:PORT   speak first, to that address
 
+Listening without a HOST (udpin::14540, udp://:14540) is listening on every interface, as it is for them.
 Both udpin:HOST:PORT and udpin://HOST:PORT are read.
 """
 
@@ -45,7 +46,7 @@ def parse_url(url: str) -> Address:
         raise EndpointError(url, f"port {port} is out of range", _EXAMPLES)
     if not host and not listens:
         raise EndpointError(url, "a host to send to is missing", _EXAMPLES)
-    return Address(listens, host or "127.0.0.1", port)
+    return Address(listens, host or "0.0.0.0", port)
 
 
 def speaks_first(url: str) -> bool:

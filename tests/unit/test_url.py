@@ -20,8 +20,8 @@ from mavquad.url import Address, parse_url, speaks_first
         ("udpout:drone.local:65535", Address(False, "drone.local", 65535)),
         ("udpin://127.0.0.1:14540", Address(True, "127.0.0.1", 14540)),
         ("udpout://127.0.0.1:1", Address(False, "127.0.0.1", 1)),
-        ("udp://:14540", Address(True, "127.0.0.1", 14540)),
-        ("udpin::14540", Address(True, "127.0.0.1", 14540)),
+        ("udp://:14540", Address(True, "0.0.0.0", 14540)),
+        ("udpin::14540", Address(True, "0.0.0.0", 14540)),
         ("udpin:[::1]:14540", Address(True, "::1", 14540)),
     ],
 )
