@@ -10,8 +10,8 @@
     │   ├── VehicleRefused
     │   └── VehicleTimeout
     ├── FlightEnded                   4   a guard, the pilot or a lost vehicle ended the flight
+    ├── Abandoned                     4   the operator left without waiting for the landing
     ├── ReplayDiffers                 5   a replayed frame is not the recorded one
-    ├── Abandoned                     130 the operator left without waiting for the landing
     └── InternalError                 70  a broken promise of our own code
 
 The command line turns an error into one message and its exit code; no traceback reaches a user.
@@ -127,9 +127,9 @@ class ReplayDiffers(MavquadError):
 
 
 class Abandoned(MavquadError):
-    """The operator left without waiting for the landing."""
+    """The operator left without waiting for the landing; 130 would say that it landed."""
 
-    exit_code = EXIT_INTERRUPTED
+    exit_code = 4
 
 
 class InternalError(MavquadError):

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from mavquad import __version__
 from mavquad.cli.outcome import EXIT_CODES, run
 from mavquad.config import Override, parse_override
 from mavquad.errors import ConfigError
@@ -22,6 +23,22 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"mavquad {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def common(
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version.", callback=_show_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Flies quadcopters over MAVLink with a robust output-feedback law."""
+
+
 ConfigArgument = Annotated[
     Path | None,
     typer.Argument(help="Configuration (TOML); without it, the one for the bundled mock.", show_default=False),
@@ -32,7 +49,7 @@ ConnectOption = Annotated[
 ]
 MissionOption = Annotated[str | None, typer.Option(help="box or hover.", show_default=False)]
 DurationOption = Annotated[
-    float | None, typer.Option(help="Seconds under the law; the mission's own length otherwise.", show_default=False)
+    float | None, typer.Option(help="Seconds under the law; 0: the mission's own length.", show_default=False)
 ]
 SeedOption = Annotated[int | None, typer.Option(help="Seed of the mock's noise and losses.", show_default=False)]
 SetOption = Annotated[

@@ -38,7 +38,7 @@ class Display:
 
     def __init__(self, quiet: bool) -> None:
         self._console = QuietConsole(stderr=True, quiet=quiet, highlight=False)
-        self._interactive = self._console.is_terminal and not quiet
+        self._interactive = self._console.is_terminal and not self._console.is_dumb_terminal and not quiet
         self._live: Live | None = None
         self._gone = False
         self._start_us = 0
@@ -88,7 +88,7 @@ class Display:
             done_s = min(status.mission_s, status.mission_duration_s)
             parts += [Text(""), ProgressBar(total=status.mission_duration_s, completed=done_s)]
         parts += [Text(""), *(self._line(note) for note in self._notes[-_NOTES_SHOWN:])]
-        return Panel(Group(*parts), title=f"mavquad  {status.vehicle}", border_style="cyan")
+        return Panel(Group(*parts), title=f"mavquad  {status.vehicle}", subtitle="Ctrl-C lands", border_style="cyan")
 
     @staticmethod
     def _step(phase: Phase, present: Phase) -> Text:

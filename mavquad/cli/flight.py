@@ -18,10 +18,9 @@ from mavquad.cli.terminal import QuietConsole, say, shown
 from mavquad.config import Config, Override, blaming_options, default_path, dump, load
 from mavquad.drivers.run_folder import RunFolder, to_json
 from mavquad.drivers.runner import Runner
-from mavquad.errors import EXIT_INTERRUPTED, EXIT_OK
+from mavquad.errors import EXIT_INTERRUPTED, EXIT_OK, Abandoned
 from mavquad.flight.machine import Phase
 from mavquad.flight_record import Note, TraceRow
-from mavquad.protocol.codec import Framer
 from mavquad.schema import parse_section
 from sitl_mock.config import MockConfig
 
@@ -96,7 +95,7 @@ class Flight:
             "wall_s": wall_s,
             "real_time_factor": flight_s / wall_s,
             "lateness_us": percentiles(lateness_us),
-            "link": self._link(agent, runner.framer),
+            "link": self._link(agent, runner),
             "old_poses": status.old_poses,
             "seed": self.config.seed,
             "mavquad": __version__,
@@ -123,10 +122,20 @@ class Flight:
             console.print(Text(f"run folder: {self.folder.path}"), soft_wrap=True)
 
     @staticmethod
-    def _link(agent: Agent, framer: Framer) -> dict[str, int]:
-        """Frames lost on the way here, chunks with damage, frames of unknown messages and of others than the vehicle."""
+    def _link(agent: Agent, runner: Runner) -> dict[str, int]:
+        """Frames lost on the way here, chunks with damage, frames of unknown messages and of others than the vehicle.
+
+        Strangers are datagrams that came from elsewhere than the vehicle's address.
+        """
+        framer = runner.framer
         lost = framer.lost(agent.link.vehicle) if agent.link.vehicle else 0
-        return {"lost": lost, "bad": framer.bad_chunks, "unknown": framer.unknown, "foreign": agent.link.foreign}
+        return {
+            "lost": lost,
+            "bad": framer.bad_chunks,
+            "unknown": framer.unknown,
+            "foreign": agent.link.foreign,
+            "strangers": runner.strangers,
+        }
 
     def _outcome(self, agent: Agent) -> dict[str, Any]:
         completed = agent.done and agent.error is None and not agent.interrupted
@@ -141,9 +150,11 @@ class Flight:
     @staticmethod
     def exit_code(agent: Agent) -> int:
         """The exit code of a flight."""
+        if not agent.done:
+            return Abandoned.exit_code
         if agent.error is not None:
             return agent.error.exit_code
-        return EXIT_INTERRUPTED if agent.interrupted or not agent.done else EXIT_OK
+        return EXIT_INTERRUPTED if agent.interrupted else EXIT_OK
 
     def _draw(self, summary: dict[str, Any], metrics: FlightMetrics) -> None:
         # matplotlib takes half a second to import, and a flight must not wait for it.

@@ -42,7 +42,9 @@ async def _fly(config: Config, run_dir: Path, as_json: bool) -> int:
     address = parse_url(config.link.url)
     with Flight(config, run_dir) as flight:
         try:
-            driver = await open_live(agent, address, clock, start_us, flight.folder)
+            driver = await open_live(
+                agent, address, clock, start_us, flight.folder, locked=lambda: agent.link.vehicle is not None
+            )
         except EndpointError:
             flight.folder.discard()
             raise
@@ -52,41 +54,50 @@ async def _fly(config: Config, run_dir: Path, as_json: bool) -> int:
 
 
 async def _drive(agent: Agent, driver: LiveDriver, flight: Flight, as_json: bool) -> None:
-    try:
-        with Display(quiet=as_json) as display, _stops_on_signals(driver):
-            while not agent.done:
-                await driver.wait(REFRESH_S)
-                display.update(agent, flight.collect(agent))
-    except BaseException as error:
-        # Our own failure in flight, or the operator's: the firmware would keep our last torque, so ask it to hold.
-        for datagram in agent.last_resort():
-            driver.send_raw(datagram)
-        if not isinstance(error, Abandoned):
-            raise
-        show(error)
-    finally:
-        driver.close()
+    with _stops_on_signals(driver):
+        try:
+            with Display(quiet=as_json) as display:
+                while not agent.done:
+                    await driver.wait(REFRESH_S)
+                    display.update(agent, flight.collect(agent))
+        except BaseException as error:
+            # Our own failure in flight, or the operator's: the firmware would keep our last torque, so ask it to hold.
+            driver.abandon(agent.last_resort())
+            if not isinstance(error, Abandoned):
+                raise
+            show(error)
+        finally:
+            driver.close()
 
 
 @contextlib.contextmanager
 def _stops_on_signals(driver: LiveDriver) -> Iterator[None]:
-    """Ctrl-C (or SIGTERM) lands; a second one leaves at once, after one request to hold."""
+    """Ctrl-C, SIGTERM or a closed terminal lands; a second Ctrl-C leaves at once, after one request to hold.
+
+    A closed terminal may send SIGHUP twice (the kernel, then the shell), so SIGHUP never leaves. Ctrl-Z would freeze
+    the law in flight, so it does nothing.
+    """
     loop = asyncio.get_running_loop()
     presses = 0
 
-    def stop() -> None:
+    def stop(leaves: bool) -> None:
         nonlocal presses
         presses += 1
         if presses == 1:
             driver.command("stop")
-        else:
+        elif leaves:
             words = "left before the landing: the vehicle was asked to hold, once, and is on its own now"
             driver.fail(Abandoned(words, "take it over, or land it with your ground station"))
 
-    for number in (signal.SIGINT, signal.SIGTERM):
-        loop.add_signal_handler(number, stop)
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # as under nohup
+        numbers.append(signal.SIGHUP)
+    for number in numbers:
+        loop.add_signal_handler(number, stop, number != signal.SIGHUP)
+    suspend = signal.signal(signal.SIGTSTP, signal.SIG_IGN)
     try:
         yield
     finally:
-        for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(signal.SIGTSTP, suspend)
+        for number in numbers:
             loop.remove_signal_handler(number)

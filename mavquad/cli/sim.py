@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import bisect
+import contextlib
 import math
+import signal
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 from mavquad.agent import Agent
@@ -32,8 +35,10 @@ def sim(path: Path | None, overrides: list[Override], run_dir: Path | None, as_j
         started = time.perf_counter()
         lockstep = Lockstep(agent, far, flight.folder)
         truth = _Truth(mock)
-        with Display(quiet=as_json) as display:
+        with Display(quiet=as_json) as display, _notices_ctrl_c() as interrupted:
             while not agent.done and lockstep.now_us < START_US + LIMIT_S * 1e6:
+                if interrupted and not agent.interrupted:
+                    lockstep.command("stop", agent.stop)
                 lockstep.step()
                 truth.keep(agent)
                 notes = flight.collect(agent)
@@ -43,6 +48,17 @@ def sim(path: Path | None, overrides: list[Override], run_dir: Path | None, as_j
         wall_s = time.perf_counter() - started
         extra = {"true_position_rms_m": truth.position_rms_m(flight)}
         return flight.finish(agent, lockstep.near, START_US, wall_s, [], extra, as_json)
+
+
+@contextlib.contextmanager
+def _notices_ctrl_c() -> Iterator[list[int]]:
+    """Ctrl-C lands, as it does in a live flight, between two steps so that it replays; yields what came in."""
+    noticed: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: noticed.append(number))
+    try:
+        yield noticed
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 class _Truth:

@@ -17,6 +17,7 @@ from typing import cast
 from mavquad.drivers.runner import Recorder, Runner
 from mavquad.endpoint import NEVER_US, Endpoint
 from mavquad.errors import EndpointError
+from mavquad.protocol.codec import is_known
 from mavquad.url import Address
 
 MAX_WAIT_S = 1.0
@@ -36,8 +37,8 @@ class Clock:
 class LiveDriver(asyncio.DatagramProtocol):
     """Drives an endpoint over UDP. Use `open_live`.
 
-    It answers the first peer that sends a valid frame (or speaks to the address it was given) and ignores datagrams of
-    others.
+    It speaks to the address it was given, or answers who spoke last until the peer is known: the address whose frame
+    made `locked` true. From then on datagrams of others are counted (`runner.strangers`) and ignored.
 
     Attributes:
         runner: the endpoint under the rule of time.
@@ -53,10 +54,14 @@ class LiveDriver(asyncio.DatagramProtocol):
         recorder: Recorder | None,
         peer: tuple[str, int] | None,
         connected: bool,
+        locked: Callable[[], bool],
     ) -> None:
         self._clock = clock
         self._peer = peer
+        self._heard = peer
         self._connected = connected
+        self._is_locked = locked
+        self._locked = peer is not None
         self._transport: asyncio.DatagramTransport | None = None
         self._timer: asyncio.TimerHandle | None = None
         self._loop = asyncio.get_running_loop()
@@ -64,7 +69,7 @@ class LiveDriver(asyncio.DatagramProtocol):
         self.runner = Runner(endpoint, start_us, self._send, recorder)
         self.lateness_us: list[int] = []
         self.failure: Exception | None = None
-        self.foreign_datagrams = 0
+        self._abandoned = False
 
     # ------------------------------------------------------------------ asyncio's callbacks
 
@@ -75,8 +80,8 @@ class LiveDriver(asyncio.DatagramProtocol):
 
     def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
         """A datagram arrived."""
-        if self._peer is not None and not self._connected and addr[:2] != self._peer:
-            self.foreign_datagrams += 1
+        if self._locked and not self._connected and addr[:2] != self._peer:
+            self.runner.strangers += 1
             return
         self._guarded(lambda: self._take(data, addr))
 
@@ -87,10 +92,20 @@ class LiveDriver(asyncio.DatagramProtocol):
 
     def _take(self, data: bytes, addr: tuple[str, int]) -> None:
         now_us = self._clock.now_us()
+        if self._locked:
+            self.runner.datagram(data, now_us)
+        else:
+            self._take_unlocked(data, addr[:2], now_us)
+
+    def _take_unlocked(self, data: bytes, sender: tuple[str, int], now_us: int) -> None:
+        if sender != self._heard:
+            self.runner.framer.forget_rest()  # half a frame of somebody else
+            self._heard = sender
         frames = self.runner.framer.push(data)
-        if frames and self._peer is None:
-            self._peer = addr[:2]
+        if any(map(is_known, frames)):
+            self._peer = sender
         self.runner.frames(frames, now_us)
+        self._locked = self._peer == sender and self._is_locked()
 
     def _send(self, stamp_us: int, datagram: bytes) -> None:
         if self._transport is None or self._peer is None or self._transport.is_closing():
@@ -98,10 +113,12 @@ class LiveDriver(asyncio.DatagramProtocol):
         self._transport.sendto(datagram, None if self._connected else self._peer)
         self.lateness_us.append(self._clock.now_us() - stamp_us)
 
-    def send_raw(self, datagram: bytes) -> None:
-        """Send past the endpoint and the record; for the last resort of an endpoint that failed."""
+    def abandon(self, last_words: list[bytes]) -> None:
+        """The endpoint failed, or is left alone: send this past it and the record, and nothing ever after."""
+        self._abandoned = True
         if self._transport is not None and self._peer is not None:
-            self._transport.sendto(datagram, None if self._connected else self._peer)
+            for datagram in last_words:
+                self._transport.sendto(datagram, None if self._connected else self._peer)
 
     def _wake(self) -> None:
         self._timer = None
@@ -114,6 +131,8 @@ class LiveDriver(asyncio.DatagramProtocol):
 
     def _guarded(self, action: Callable[[], None]) -> None:
         """Run an action; what it raises is kept for the one who waits, since asyncio would only log it."""
+        if self._abandoned or self.failure is not None:
+            return
         try:
             action()
         except Exception as error:  # noqa: BLE001 - handed on, not swallowed
@@ -158,7 +177,7 @@ class LiveDriver(asyncio.DatagramProtocol):
         """Close the socket and record the end."""
         if self._timer is not None:
             self._timer.cancel()
-        self.runner.end(self._clock.now_us())
+        self.runner.end(None if self._abandoned or self.failure is not None else self._clock.now_us())
         if self._transport is not None:
             self._transport.close()
 
@@ -170,6 +189,7 @@ async def open_live(
     start_us: int,
     recorder: Recorder | None = None,
     speak_to: Address | None = None,
+    locked: Callable[[], bool] = lambda: True,
 ) -> LiveDriver:
     """Open the socket and start driving.
 
@@ -180,6 +200,8 @@ async def open_live(
         start_us: when the endpoint was started, by that clock.
         recorder: keeps what passes.
         speak_to: with a listening address: the peer to speak to at once, as PX4 does on its offboard port.
+        locked: with a listening address: whether the endpoint knows whom it serves; without it, the first who sends a
+            frame of a known message is the peer.
 
     Raises:
         EndpointError: the port cannot be opened, or the host is unknown.
@@ -190,10 +212,12 @@ async def open_live(
     words = f"{'udpin' if address.listens else 'udpout'}:{address.host}:{address.port}"
     try:
         _, driver = await asyncio.get_running_loop().create_datagram_endpoint(
-            lambda: LiveDriver(endpoint, clock, start_us, recorder, peer, connected=remote is not None),
+            lambda: LiveDriver(endpoint, clock, start_us, recorder, peer, remote is not None, locked),
             local_addr=local,
             remote_addr=remote,
         )
+    except UnicodeError:
+        raise EndpointError(words, "cannot be opened (this is no host name)", "check the host and the port") from None
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         in_use = error.errno == errno.EADDRINUSE

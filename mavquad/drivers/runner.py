@@ -29,6 +29,7 @@ class Runner:
     Attributes:
         framer: cuts what arrives into frames; counts what is not one.
         last_us: stamp of the last input.
+        strangers: datagrams that the driver refused, since they are not the peer's.
     """
 
     def __init__(
@@ -36,7 +37,9 @@ class Runner:
     ) -> None:
         self.endpoint = endpoint
         self.framer = Framer()
+        self.strangers = 0
         self.last_us = floor_to_grid_us(start_us)
+        self._reached_us = self.last_us
         self._send = send
         self._recorder = recorder
         if recorder is not None:
@@ -44,6 +47,7 @@ class Runner:
 
     def advance(self, now_us: int) -> None:
         """Let time pass up to `now_us`."""
+        self._reached_us = max(self._reached_us, floor_to_grid_us(now_us))
         for stamp_us, datagram in advance(self.endpoint, floor_to_grid_us(now_us)):
             self._out(stamp_us, datagram)
 
@@ -75,9 +79,9 @@ class Runner:
         act(stamp_us)
         self._drain(stamp_us)
 
-    def end(self, now_us: int) -> None:
-        """The run is over: record when."""
-        stamp_us = self._input_stamp(now_us)
+    def end(self, now_us: int | None) -> None:
+        """The run is over: record when. None for an endpoint that failed or was left: it ended where it last acted."""
+        stamp_us = max(self._reached_us, self.last_us) if now_us is None else self._input_stamp(now_us)
         if self._recorder is not None:
             self._recorder.event(stamp_us, "end")
 

@@ -111,6 +111,12 @@ class Framer:
             self._sequences.setdefault(frame_source(frame), SequenceCount()).take(frame_sequence(frame))
         return frames
 
+    def forget_rest(self) -> None:
+        """What comes next does not continue what was there: a partial frame counts as damage."""
+        self.bad_bytes += len(self._rest)
+        self.bad_chunks += bool(self._rest)
+        self._rest = b""
+
     def _cut(self, buffer: bytes) -> tuple[list[bytes], bytes]:
         frames: list[bytes] = []
         valid = _ValidFrames(buffer)

@@ -103,6 +103,18 @@ def interrupted_twice(folder: Path) -> Flight:
     return flight
 
 
+def hung_up(folder: Path) -> Flight:
+    """The terminal closes: SIGHUP of the kernel, then that of the shell; a Ctrl-Z before."""
+    flight = Flight(mavquad("fly", "--run-dir", "run", cwd=folder), folder / "run")
+    assert flight.until("flying")
+    flight.process.send_signal(signal.SIGTSTP)
+    flight.process.send_signal(signal.SIGHUP)
+    assert flight.until("handing back")
+    flight.process.send_signal(signal.SIGHUP)
+    flight.end()
+    return flight
+
+
 def mock_killed(folder: Path) -> Flight:
     with mock_vehicle("--listen", "udpin:127.0.0.1:0") as (mock, url):
         flight = Flight(mavquad("fly", "--connect", url, "--run-dir", "run", cwd=folder), folder / "run")
@@ -138,7 +150,15 @@ def reader_leaves(folder: Path) -> Flight:
 
 SCENARIOS: dict[str, Callable[[Path], Flight]] = {
     scenario.__name__: scenario
-    for scenario in (fly_with_its_own_mock, interrupted, interrupted_twice, mock_killed, under_fire, reader_leaves)
+    for scenario in (
+        fly_with_its_own_mock,
+        interrupted,
+        interrupted_twice,
+        hung_up,
+        mock_killed,
+        under_fire,
+        reader_leaves,
+    )
 }
 
 
@@ -184,10 +204,18 @@ def test_ctrl_c_lands_and_replays(flights: dict[str, Flight]) -> None:
 
 def test_a_second_ctrl_c_leaves_at_once_and_says_so(flights: dict[str, Flight]) -> None:
     flight = flights["interrupted_twice"]
-    assert flight.process.returncode == 130, flight.story
+    assert flight.process.returncode == flight.summary()["exit_code"] == 4, flight.story
     assert "is on its own now" in flight.story
     assert "Disarmed" not in flight.story
     assert flight.summary()["outcome"] == "left before the landing"
+    assert replay(flight.run_dir)["outbound"]["first_mismatch"] is None  # type: ignore[index]
+
+
+def test_a_closed_terminal_lands(flights: dict[str, Flight]) -> None:
+    flight = flights["hung_up"]
+    assert flight.process.returncode == 130, flight.story
+    assert "Disarmed by landing" in flight.story
+    assert flight.summary()["outcome"] == "interrupted by the operator and landed"
 
 
 def test_a_vehicle_that_dies_in_flight(flights: dict[str, Flight]) -> None:

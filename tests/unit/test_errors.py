@@ -18,7 +18,7 @@ CODES = {
     "VehicleTimeout": 3,
     "FlightEnded": 4,
     "ReplayDiffers": 5,
-    "Abandoned": 130,
+    "Abandoned": 4,
     "InternalError": 70,
 }
 

@@ -12,6 +12,7 @@ from mavquad.protocol.codec import Encoder, mavlink
 from mavquad.url import Address
 
 PING = Encoder(7, 1).encode(mavlink.MAVLink_heartbeat_message(2, 12, 0, 0, 3, 3))
+VEHICLE = Encoder(1, 1).encode(mavlink.MAVLink_heartbeat_message(2, 12, 0, 0, 3, 3))
 
 
 class Echo:
@@ -85,7 +86,37 @@ def test_the_first_who_speaks_is_the_peer() -> None:
             peer.send(PING)
             assert await answer(peer) == PING
         assert len(echo.received) == 2
-        assert driver.foreign_datagrams == 1
+        assert driver.runner.strangers == 1
+        driver.close()
+
+    asyncio.run(scene())
+
+
+def test_until_the_vehicle_is_known_nobody_takes_its_place() -> None:
+    async def scene() -> None:
+        echo = Echo()
+        clock = Clock()
+
+        def known() -> bool:
+            return any(frame == VEHICLE for _, frame in echo.received)
+
+        driver = await open_live(echo, Address(True, "127.0.0.1", 0), clock, clock.now_us(), locked=known)
+        first, vehicle = (socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(2))
+        with first, vehicle:
+            for peer in (first, vehicle):
+                peer.setblocking(False)
+                peer.connect(("127.0.0.1", driver.port))
+            first.send(PING)
+            assert await answer(first) == PING
+            first.send(VEHICLE[:9])
+            vehicle.send(VEHICLE[9:])  # completes no frame: the two are not one stream
+            vehicle.send(VEHICLE)
+            assert await answer(vehicle) == VEHICLE
+            first.send(PING)
+            vehicle.send(PING)
+            assert await answer(vehicle) == PING
+        assert [frame for _, frame in echo.received] == [PING, VEHICLE, PING]
+        assert driver.runner.strangers == 1
         driver.close()
 
     asyncio.run(scene())
@@ -117,9 +148,11 @@ def test_what_an_endpoint_raises_reaches_the_one_who_waits() -> None:
             peer.send(PING)
             with pytest.raises(ZeroDivisionError, match="planted"):
                 await driver.wait(10.0)
-            driver.send_raw(b"last words")
+            echo.deadline_us = 4
+            driver.abandon([b"last words"])
             assert await answer(peer) == b"last words"
-        driver.close()
+            driver.close()
+        assert echo.fired == []
 
     asyncio.run(scene())
 
@@ -129,6 +162,8 @@ def test_what_an_endpoint_raises_reaches_the_one_who_waits() -> None:
     [
         (Address(True, "192.0.2.1", 0), "cannot assign requested address"),
         (Address(False, "no-such-host.invalid", 14550), "cannot be opened"),
+        (Address(False, "host..local", 14550), "no host name"),
+        (Address(True, "a" * 64, 14550), "no host name"),
     ],
 )
 def test_a_port_that_cannot_be_opened(address: Address, words: str) -> None:
