@@ -28,7 +28,7 @@ def start_mock(config: Config) -> Iterator[str]:
     with tempfile.TemporaryDirectory(prefix="mavquad-mock-") as folder:
         table = Path(folder) / "mock.toml"
         table.write_text(tomli_w.dumps(config.mock), encoding="utf-8")
-        command = [sys.executable, "-m", "sitl_mock.cli", "--listen", "udpin:127.0.0.1:0", "--announce"]
+        command = [sys.executable, "-P", "-m", "sitl_mock.cli", "--listen", "udpin:127.0.0.1:0", "--announce"]
         process = subprocess.Popen(
             [*command, "--config", str(table), "--seed", str(config.seed)],
             stdin=subprocess.PIPE,
@@ -50,6 +50,7 @@ def _announced_url(process: subprocess.Popen[bytes]) -> str:
     try:
         return str(json.loads(line)["url"])
     except (ValueError, KeyError):
-        assert process.stderr is not None
-        said = process.stderr.read().decode(errors="replace").strip() if process.poll() is not None else ""
+        if line:
+            process.kill()  # it runs, and says something else
+        said = process.communicate()[1].decode(errors="replace").strip()
         raise InternalError(f"the mock autopilot did not start: {said or line!r}") from None
