@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -49,6 +48,7 @@ class RunFolder:
         self.failure: RunFolderError | None = None
         self._flushed_us = 0
         try:
+            self._made = not path.exists()
             path.mkdir(parents=True, exist_ok=True)
             if any(path.iterdir()):
                 raise RunFolderError(str(path), "the run folder is not empty", "choose another with --run-dir")
@@ -121,9 +121,14 @@ class RunFolder:
                 stream.close()
 
     def discard(self) -> None:
-        """Remove the folder again: nothing came of the flight."""
+        """Remove what was written, and the folder if it is ours: nothing came of the flight."""
         self.close()
-        shutil.rmtree(self.path)
+        with contextlib.suppress(OSError):
+            for stream in self._streams:
+                Path(stream.name).unlink(missing_ok=True)
+            (self.path / "config.toml").unlink(missing_ok=True)
+            if self._made:
+                self.path.rmdir()
 
 
 def read_events(path: Path) -> list[OperatorEvent]:

@@ -157,3 +157,12 @@ def test_json_has_no_nan():
     assert json.loads(to_json({"a": 1.5})) == {"a": 1.5}
     with pytest.raises(ValueError, match="not JSON compliant"):
         to_json({"a": float("nan")})
+
+
+def test_what_is_discarded_is_ours_alone(tmp_path):
+    RunFolder(tmp_path / "new", "").discard()
+    assert not (tmp_path / "new").exists()
+    folder = RunFolder(tmp_path, "")
+    (tmp_path / "mine.txt").write_text("mine")
+    folder.discard()
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
