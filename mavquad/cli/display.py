@@ -88,7 +88,9 @@ class Display:
             done_s = min(status.mission_s, status.mission_duration_s)
             parts += [Text(""), ProgressBar(total=status.mission_duration_s, completed=done_s)]
         parts += [Text(""), *(self._line(note) for note in self._notes[-_NOTES_SHOWN:])]
-        return Panel(Group(*parts), title=f"mavquad  {status.vehicle}", subtitle="Ctrl-C lands", border_style="cyan")
+        return Panel(
+            Group(*parts), title=Text(f"mavquad  {status.vehicle}"), subtitle="Ctrl-C lands", border_style="cyan"
+        )
 
     @staticmethod
     def _step(phase: Phase, present: Phase) -> Text:
@@ -142,7 +144,7 @@ def summary_table(summary: dict[str, Any]) -> RenderableType:
         ("run folder", summary["run_dir"]),
     ]
     for name, value in rows:
-        table.add_row(name, value)
+        table.add_row(name, Text(value) if isinstance(value, str) else value)
     return table
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from pathlib import Path
 from typing import Any
 
 from rich.table import Table
+from rich.text import Text
 
 from mavquad.agent import Agent
 from mavquad.analysis.shadow import Shadow, shadow
@@ -16,12 +18,14 @@ from mavquad.config import load
 from mavquad.drivers.replay import OperatorEvent, ReplayResult
 from mavquad.drivers.replay import replay as run_replay
 from mavquad.drivers.run_folder import read_events, to_json
-from mavquad.errors import EXIT_OK, ReplayDiffers, RunFolderError
+from mavquad.errors import EXIT_OK, InputError, ReplayDiffers, RunFolderError
 from mavquad.tlog import TlogContents, read_records
 
 
 def replay(path: Path, output: Path | None, as_json: bool) -> int:
     """Replay or survey; returns the exit code."""
+    if output is not None and output.suffix.lower() != ".png":
+        raise InputError(f"--output: {str(output)!r} does not end with .png", "figures are PNG")
     contents = read_records(path)
     if _is_ours(path):
         return _replay_ours(path, contents, as_json)
@@ -100,7 +104,7 @@ def _survey(path: Path, contents: TlogContents, output: Path | None, as_json: bo
     found = survey(contents)
     vehicle = found.main_vehicle()
     observed = shadow(contents, vehicle.sender) if vehicle else None
-    figure = output or Path(f"{path.stem}.png")
+    figure = output or _new_figure(path.stem)
     # matplotlib takes half a second to import; nothing before this needs it.
     from mavquad.analysis.log_figure import survey_figure
 
@@ -111,6 +115,12 @@ def _survey(path: Path, contents: TlogContents, output: Path | None, as_json: bo
     else:
         shown(lambda: _print_survey(found, observed, figure))
     return EXIT_OK
+
+
+def _new_figure(stem: str) -> Path:
+    """NAME.png, or the first of NAME-2.png, ... that does not exist."""
+    names = (Path(f"{stem}{suffix}.png") for suffix in itertools.chain([""], (f"-{n}" for n in itertools.count(2))))
+    return next(name for name in names if not name.exists())
 
 
 def _print_survey(found: Survey, observed: Shadow | None, figure: Path) -> None:
@@ -134,7 +144,7 @@ def _print_survey(found: Survey, observed: Shadow | None, figure: Path) -> None:
     console.print(table)
     if observed is not None and observed.tracks:
         console.print(_observer_words(observed))
-    console.print(f"figure: {figure}", soft_wrap=True)
+    console.print(Text(f"figure: {figure}"), soft_wrap=True)
 
 
 def _observer_words(observed: Shadow) -> str:

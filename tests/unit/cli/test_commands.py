@@ -64,6 +64,7 @@ def run_dir(tmp_path_factory) -> Path:
         (["fly", "--connect", "tcp:localhost:5760"], "--connect: not a connection string that can be used here"),
         (["replay", "missing.tlog"], "missing.tlog: no such file"),
         (["replay", "."], "is a folder, not a file"),
+        (["replay", "missing.tlog", "--output", "x.foo"], "does not end with .png"),
         (["nonsense"], "No such command 'nonsense'"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else None,
@@ -192,6 +193,21 @@ def test_a_log_of_others_is_surveyed(cli, run_dir, tmp_path):
     assert {(s["system"], s["component"]) for s in result["senders"]} == {(1, 1), (245, 190)}
     assert result["observer"]["source"] == "LOCAL_POSITION_NED"
     assert (tmp_path / "survey.png").stat().st_size > 10_000
+
+
+def test_a_second_survey_does_not_overwrite_the_figure_of_the_first(cli, run_dir, tmp_path):
+    (tmp_path / "other.tlog").write_bytes((run_dir / "flight.tlog").read_bytes())
+    (tmp_path / "other.png").write_text("mine")
+    code, out, _ = cli("replay", "other.tlog")
+    assert code == 0
+    assert "figure: other-2.png" in out
+    assert (tmp_path / "other.png").read_text() == "mine"
+
+
+def test_a_folder_name_is_no_markup(cli, tmp_path):
+    code, out, _ = cli("sim", *SHORT, "--run-dir", "a[/b]")
+    assert code == 0
+    assert "a[/b]" in out
 
 
 def test_an_error_of_our_own_is_one_message_and_a_file(cli, monkeypatch):
