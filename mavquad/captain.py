@@ -25,7 +25,7 @@ from mavquad.protocol import command as commands
 from mavquad.protocol.codec import Message, mavlink
 from mavquad.protocol.command import Command, CommandExchange, Reply
 from mavquad.protocol.firmware import px4
-from mavquad.protocol.identify import Identification
+from mavquad.protocol.identify import UNKNOWN_VERSION, Identification
 from mavquad.protocol.streams import shortfalls
 from mavquad.types import Attitude, Position, Vec4
 
@@ -75,7 +75,7 @@ class Captain:
         self._ground_m = 0.0
         self._seen_own_mode = False
         self._law_on = False
-        self._notes: list[Note] = []
+        self._notes = [Note(start_us, "phase", Phase.CONNECTING.value)]
         self._trace: list[TraceRow] = []
         self._last_row: TraceRow | None = None
         self._vehicle = Vehicle()
@@ -182,7 +182,7 @@ class Captain:
         )
 
     def _vehicle_words(self) -> str:
-        if self.phase is Phase.CONNECTING:
+        if self._identification.version == UNKNOWN_VERSION:
             return ""
         return f"PX4 {'.'.join(map(str, self._identification.version))} ({self._target[0]}/{self._target[1]})"
 

@@ -6,6 +6,7 @@ that need it, and only its Agg canvas: no display, no global state.
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -35,6 +36,8 @@ _LEAST_EXTENT_M = 1.0  # a hover is not blown up until its millimetres fill the 
 
 def new_figure(title: str, subtitle: str = "") -> Figure:
     """An empty page with its title."""
+    # Where it cannot keep its font cache, matplotlib says so at length: nothing that concerns a flight.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure as AggFigure
 
