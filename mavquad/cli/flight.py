@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from mavquad.cli.terminal import QuietConsole, say, shown
 from mavquad.config import Config, Override, blaming_options, default_path, dump, load
 from mavquad.drivers.run_folder import RunFolder, to_json
 from mavquad.drivers.runner import Runner
-from mavquad.errors import EXIT_INTERRUPTED, EXIT_OK, Abandoned
+from mavquad.errors import EXIT_INTERRUPTED, EXIT_OK, Abandoned, RunFolderError
 from mavquad.flight.machine import Phase
 from mavquad.flight_record import Note, TraceRow
 from mavquad.schema import parse_section
@@ -77,7 +77,7 @@ class Flight:
         extra: dict[str, Any],
         as_json: bool,
     ) -> int:
-        """Close the folder, write the summary and the figure, print; returns the exit code."""
+        """Close the folder, print, write the summary and the figure; returns the exit code."""
         self.collect(agent)
         self.folder.close()
         flight_s = (runner.last_us - start_us) * 1e-6
@@ -102,17 +102,30 @@ class Flight:
             **extra,
             "run_dir": str(self.folder.path),
         }
-        self.folder.write_whole("summary.json", to_json(summary))
-        self._draw(summary, metrics)
         if as_json:
             say(to_json(summary))
         else:
             shown(lambda: self._print(summary))
         if agent.error is not None:
             show(agent.error)
-        if self.folder.failure is not None:
-            raise self.folder.failure
-        return self.exit_code(agent)
+        kept = self._keep(summary, metrics)
+        return self.exit_code(agent) or (EXIT_OK if kept else RunFolderError.exit_code)
+
+    def _keep(self, summary: dict[str, Any], metrics: FlightMetrics) -> bool:
+        """Write what remains; a failure is told, and does not hide how the flight ended."""
+        failures = [self.folder.failure] if self.folder.failure is not None else []
+        writes: list[Callable[[], None]] = [
+            lambda: self.folder.write_whole("summary.json", to_json(summary)),
+            lambda: self._draw(summary, metrics),
+        ]
+        for write in writes:
+            try:
+                write()
+            except RunFolderError as error:
+                failures.append(error)
+        for failure in failures:
+            show(failure)
+        return not failures
 
     def _print(self, summary: dict[str, Any]) -> None:
         console = QuietConsole(highlight=False)

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from mavquad.cli import main
+from mavquad.errors import RunFolderError
 from mavquad.tlog import pack_record, read_records
 
 SHORT = ["--mission", "hover", "--duration", "1"]
@@ -235,3 +236,15 @@ def test_a_refusal_ends_with_exit_code_3(cli):
     code, _, err = cli("sim", "--set", 'mock.firmware="1.16"', "--json")
     assert code == 3
     assert "PX4 1.16" in err
+
+
+@pytest.mark.parametrize(("options", "wanted"), [(["--set", "guards.ceiling_m=2"], 4), (SHORT, 2)])
+def test_a_figure_that_cannot_be_written_does_not_hide_how_the_flight_ended(cli, monkeypatch, options, wanted):
+    def full(*_: object) -> None:
+        raise RunFolderError("flight.png", "disk full")
+
+    monkeypatch.setattr("mavquad.analysis.figures.flight_figure", full)
+    code, out, err = cli("sim", *options, "--json")
+    assert code == wanted
+    assert json.loads(out)["setpoints_sent"] > 0
+    assert err.endswith("flight.png: disk full\n")
