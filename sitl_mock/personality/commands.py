@@ -88,8 +88,8 @@ class Commands:
         return [] if answer is None else [answer]
 
     def _set_mode(self, params: Params, sender: Sender, boot_us: int) -> int:
-        mode = mode_of(int(params[1]), int(params[2]))
-        if mode is None or not int(params[0]) & _CUSTOM_MODE_FLAG:
+        mode = mode_of(_whole(params[1]), _whole(params[2]))
+        if mode is None or not _whole(params[0]) & _CUSTOM_MODE_FLAG:
             return ACCEPTED  # as PX4: acknowledged, and nothing happens
         result = self._commander.request(mode, boot_us)
         # PX4 1.16 tells the reason to ground stations only.
@@ -125,13 +125,13 @@ class Commands:
     def _set_interval(self, params: Params, boot_us: int) -> int:
         if not math.isfinite(params[1]):
             return DENIED
-        return ACCEPTED if self._streams.set_interval(int(params[0]), params[1], boot_us) else FAILED
+        return ACCEPTED if self._streams.set_interval(_whole(params[0]), params[1], boot_us) else FAILED
 
     def _return(self, params: Params, boot_us: int) -> int:
         return self._commander.request(Mode.RTL, boot_us)
 
     def _request_message(self, params: Params, boot_us: int) -> int:
-        return ACCEPTED if self._send_message(int(params[0]), boot_us) else DENIED
+        return ACCEPTED if self._send_message(_whole(params[0]), boot_us) else DENIED
 
     def _request_version(self, params: Params, boot_us: int) -> int:
         return ACCEPTED if self._send_message(_AUTOPILOT_VERSION, boot_us) else DENIED
@@ -142,6 +142,11 @@ def _params_of(message: Message) -> Params:
     if message.get_type() == "COMMAND_INT":
         return (p.param1, p.param2, p.param3, p.param4, p.x, p.y, p.z)
     return (p.param1, p.param2, p.param3, p.param4, p.param5, p.param6, p.param7)
+
+
+def _whole(value: float) -> int:
+    """A parameter as a whole number; NaN, which clients send for "not used", and infinity are 0."""
+    return int(value) if math.isfinite(value) else 0
 
 
 def _ack(command: int, result: int, sender: Sender) -> Message:

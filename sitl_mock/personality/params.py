@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Iterator
 
@@ -21,11 +22,11 @@ def to_wire(value: int | float) -> float:
 
 
 def from_wire(wire: float, like: int | float) -> int | float:
-    """The value that a PARAM_SET means for a parameter of the type of `like`."""
+    """The value that a PARAM_SET means for a parameter whose value is `like`; NaN and infinity change no REAL32."""
     if isinstance(like, int):
         whole: int = struct.unpack("<i", struct.pack("<f", wire))[0]
         return whole
-    return wire
+    return wire if math.isfinite(wire) else like
 
 
 def px4_defaults(system_id: int, com_rcl_except: int, vehicle: VehicleParams) -> dict[str, int | float]:

@@ -106,8 +106,8 @@ def global_position_int(picture: Picture) -> Message:
         estimate.stamp_us // 1000,
         latitude,
         longitude,
-        round(1000 * (HOME_ALTITUDE_M - d)),
-        round(1000 * (picture.home_ned_m[2] - d)),
+        _int32(1000 * (HOME_ALTITUDE_M - d)),
+        _int32(1000 * (picture.home_ned_m[2] - d)),
         _int16(vn),
         _int16(ve),
         _int16(vd),
@@ -176,7 +176,7 @@ def home_position(picture: Picture) -> Message:
     """HOME_POSITION: where the vehicle was armed last."""
     n, e, d = picture.home_ned_m
     latitude, longitude = _geodetic(n, e)
-    altitude_mm = round(1000 * (HOME_ALTITUDE_M - d))
+    altitude_mm = _int32(1000 * (HOME_ALTITUDE_M - d))
     return mavlink.MAVLink_home_position_message(
         latitude, longitude, altitude_mm, n, e, d, [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0, picture.boot_us
     )
@@ -217,7 +217,11 @@ def _geodetic(north_m: float, east_m: float) -> tuple[int, int]:
     latitude = HOME_LATITUDE_DEG + math.degrees(north_m / _EARTH_RADIUS_M)
     parallel_m = _EARTH_RADIUS_M * math.cos(math.radians(HOME_LATITUDE_DEG))
     longitude = HOME_LONGITUDE_DEG + math.degrees(east_m / parallel_m)
-    return round(latitude * 1e7), round(longitude * 1e7)
+    return _int32(latitude * 1e7), _int32(longitude * 1e7)
+
+
+def _int32(value: float) -> int:
+    return max(-(2**31), min(2**31 - 1, round(value)))
 
 
 def _int16(value: int) -> int:
