@@ -11,12 +11,11 @@ from sitl_mock.config import MockConfig
 from sitl_mock.geometry import Quaternion, Vec3, Vec4, from_euler, to_euler
 from sitl_mock.paper_model import PaperModel, PaperState
 from sitl_mock.personality.px4 import Px4
-from sitl_mock.plant import Plant, VehicleState
+from sitl_mock.plant import TICK_US, Plant, VehicleState
 from sitl_mock.quadcopter import RigidBody
 from sitl_mock.script import Script
 from sitl_mock.sensors import Estimator
 
-TICK_US = 4000
 _TICK_S = TICK_US / 1e6
 
 

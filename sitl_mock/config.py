@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, model_validator
 
 from mavquad.schema import Section
-from sitl_mock.plant import VehicleParams
+from sitl_mock.plant import TICK_US, VehicleParams
 
 
 def _number_as_text(value: Any) -> Any:
@@ -38,6 +38,10 @@ StreamName = Literal[
 ]
 
 
+_TICK_S = TICK_US / 1e6
+_LEAST_THRUST_TO_WEIGHT, _MOST_THRUST_TO_WEIGHT = 1.2, 20.0
+
+
 class VehicleConfig(Section):
     """The simulated vehicle; the defaults are those of PX4's SIH quadcopter."""
 
@@ -61,6 +65,21 @@ class VehicleConfig(Section):
     """Time constant of a motor's first-order lag in s; 0 for none."""
     heading_deg: Annotated[float, Field(ge=-360, le=360)] = 0.0
     """Heading on the ground at the start, in degrees from north."""
+
+    @model_validator(mode="after")
+    def _can_be_flown_in_steps(self) -> Self:
+        step = f"{_TICK_S * 1e3:.0f} ms, the step of the simulation"
+        if self.linear_drag_n_s_m * _TICK_S >= self.mass_kg:
+            raise ValueError(f"mass_kg / linear_drag_n_s_m must be more than {step}")
+        if self.angular_drag_nm_s_rad * _TICK_S >= min(self.inertia_kg_m2):
+            raise ValueError(f"each of inertia_kg_m2 / angular_drag_nm_s_rad must be more than {step}")
+        ratio = 1 / self.params().hover_thrust_norm
+        if not _LEAST_THRUST_TO_WEIGHT <= ratio <= _MOST_THRUST_TO_WEIGHT:
+            raise ValueError(
+                f"4 motor_thrust_max_n / (mass_kg g), thrust to weight, must be {_LEAST_THRUST_TO_WEIGHT:g} to"
+                f" {_MOST_THRUST_TO_WEIGHT:g} (it is {ratio:.3g})"
+            )
+        return self
 
     def params(self) -> VehicleParams:
         """The constants that the equations of motion take."""

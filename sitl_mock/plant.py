@@ -11,6 +11,9 @@ from typing import Protocol
 
 from sitl_mock.geometry import IDENTITY, ZERO3, Quaternion, Vec3, Vec4
 
+TICK_US = 4000
+"""The step of the physics."""
+
 
 @dataclass(frozen=True, slots=True)
 class VehicleParams:
