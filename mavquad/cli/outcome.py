@@ -17,7 +17,7 @@ Exit codes:
 0    the mission is complete, or the replay is equal
 2    bad input: a file, an option, the configuration
 3    the vehicle refused, or did not answer
-4    a guard or the pilot ended the flight, or the vehicle was lost
+4    a guard or the pilot ended the flight, the vehicle was lost, or left before the landing
 5    the replay differs
 70   an error of mavquad itself
 130  interrupted, and landed"""

@@ -16,6 +16,8 @@ import pytest
 
 from mavquad.protocol.codec import Encoder, mavlink
 
+PATIENT = ["--set", "guards.stale_pose_s=0.8"]
+"""These tests are not about a busy machine: a loop that stalls for half a second is no reason to fail."""
 SHORT = ["--mission", "hover", "--duration", "3"]
 
 
@@ -79,14 +81,14 @@ def free_port() -> int:
 
 
 def fly_with_its_own_mock(folder: Path) -> Flight:
-    process = mavquad("fly", *SHORT, "--json", "--run-dir", "run", cwd=folder)
+    process = mavquad("fly", *PATIENT, *SHORT, "--json", "--run-dir", "run", cwd=folder)
     stdout, stderr = process.communicate(timeout=100)
     assert json.loads(stdout)["run_dir"] == "run"
     return Flight(process, folder / "run", stderr)
 
 
 def interrupted(folder: Path) -> Flight:
-    flight = Flight(mavquad("fly", "--run-dir", "run", cwd=folder), folder / "run")
+    flight = Flight(mavquad("fly", *PATIENT, "--run-dir", "run", cwd=folder), folder / "run")
     assert flight.until("flying")
     flight.process.send_signal(signal.SIGINT)
     flight.end()
@@ -94,7 +96,7 @@ def interrupted(folder: Path) -> Flight:
 
 
 def interrupted_twice(folder: Path) -> Flight:
-    flight = Flight(mavquad("fly", "--run-dir", "run", cwd=folder), folder / "run")
+    flight = Flight(mavquad("fly", *PATIENT, "--run-dir", "run", cwd=folder), folder / "run")
     assert flight.until("flying")
     flight.process.send_signal(signal.SIGINT)
     assert flight.until("handing back")
@@ -105,7 +107,7 @@ def interrupted_twice(folder: Path) -> Flight:
 
 def hung_up(folder: Path) -> Flight:
     """The terminal closes: SIGHUP of the kernel, then that of the shell; a Ctrl-Z before."""
-    flight = Flight(mavquad("fly", "--run-dir", "run", cwd=folder), folder / "run")
+    flight = Flight(mavquad("fly", *PATIENT, "--run-dir", "run", cwd=folder), folder / "run")
     assert flight.until("flying")
     flight.process.send_signal(signal.SIGTSTP)
     flight.process.send_signal(signal.SIGHUP)
@@ -117,7 +119,7 @@ def hung_up(folder: Path) -> Flight:
 
 def mock_killed(folder: Path) -> Flight:
     with mock_vehicle("--listen", "udpin:127.0.0.1:0") as (mock, url):
-        flight = Flight(mavquad("fly", "--connect", url, "--run-dir", "run", cwd=folder), folder / "run")
+        flight = Flight(mavquad("fly", *PATIENT, "--connect", url, "--run-dir", "run", cwd=folder), folder / "run")
         assert flight.until("flying")
         mock.kill()
         flight.end()
@@ -127,7 +129,7 @@ def mock_killed(folder: Path) -> Flight:
 def under_fire(folder: Path) -> Flight:
     """Listening like a companion computer, while somebody else sends rubbish and forged frames to the same port."""
     port = free_port()
-    arguments = ["fly", *SHORT, "--connect", f"udpin:127.0.0.1:{port}", "--run-dir", "run"]
+    arguments = ["fly", *PATIENT, *SHORT, "--connect", f"udpin:127.0.0.1:{port}", "--run-dir", "run"]
     flight = Flight(mavquad(*arguments, cwd=folder), folder / "run")
     with mock_vehicle("--send", f"udpout:127.0.0.1:{port}"):
         assert flight.until("identifying")
@@ -164,7 +166,8 @@ SCENARIOS: dict[str, Callable[[Path], Flight]] = {
 
 @pytest.fixture(scope="module")
 def flights(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Flight]:
-    with ThreadPoolExecutor() as pool:
+    # Three at a time: more would starve each other on two cores.
+    with ThreadPoolExecutor(max_workers=3) as pool:
         flown = {name: pool.submit(fly, tmp_path_factory.mktemp(name)) for name, fly in SCENARIOS.items()}
     return {name: future.result() for name, future in flown.items()}
 
