@@ -87,17 +87,22 @@ def fly_with_its_own_mock(folder: Path) -> Flight:
     return Flight(process, folder / "run", stderr)
 
 
-def interrupted(folder: Path) -> Flight:
-    flight = Flight(mavquad("fly", *PATIENT, "--run-dir", "run", cwd=folder), folder / "run")
+def under_the_law(folder: Path, *arguments: str) -> Flight:
+    """A flight that has just come under the law."""
+    flight = Flight(mavquad("fly", *PATIENT, "--run-dir", "run", *arguments, cwd=folder), folder / "run")
     assert flight.until("flying")
+    return flight
+
+
+def interrupted(folder: Path) -> Flight:
+    flight = under_the_law(folder)
     flight.process.send_signal(signal.SIGINT)
     flight.end()
     return flight
 
 
 def interrupted_twice(folder: Path) -> Flight:
-    flight = Flight(mavquad("fly", *PATIENT, "--run-dir", "run", cwd=folder), folder / "run")
-    assert flight.until("flying")
+    flight = under_the_law(folder)
     flight.process.send_signal(signal.SIGINT)
     assert flight.until("handing back")
     flight.process.send_signal(signal.SIGINT)
@@ -107,8 +112,7 @@ def interrupted_twice(folder: Path) -> Flight:
 
 def hung_up(folder: Path) -> Flight:
     """The terminal closes: SIGHUP of the kernel, then that of the shell; a Ctrl-Z before."""
-    flight = Flight(mavquad("fly", *PATIENT, "--run-dir", "run", cwd=folder), folder / "run")
-    assert flight.until("flying")
+    flight = under_the_law(folder)
     flight.process.send_signal(signal.SIGTSTP)
     flight.process.send_signal(signal.SIGHUP)
     assert flight.until("handing back")
@@ -119,8 +123,7 @@ def hung_up(folder: Path) -> Flight:
 
 def mock_killed(folder: Path) -> Flight:
     with mock_vehicle("--listen", "udpin:127.0.0.1:0") as (mock, url):
-        flight = Flight(mavquad("fly", *PATIENT, "--connect", url, "--run-dir", "run", cwd=folder), folder / "run")
-        assert flight.until("flying")
+        flight = under_the_law(folder, "--connect", url)
         mock.kill()
         flight.end()
     return flight
@@ -165,7 +168,15 @@ SCENARIOS: dict[str, Callable[[Path], Flight]] = {
 
 
 @pytest.fixture(scope="module")
-def flights(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Flight]:
+def hang_up_matters() -> Iterator[None]:
+    """Under nohup SIGHUP is ignored, also by whatever is started: these flights are to hear it."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
+
+
+@pytest.fixture(scope="module")
+def flights(tmp_path_factory: pytest.TempPathFactory, hang_up_matters: None) -> dict[str, Flight]:
     # Three at a time: more would starve each other on two cores.
     with ThreadPoolExecutor(max_workers=3) as pool:
         flown = {name: pool.submit(fly, tmp_path_factory.mktemp(name)) for name, fly in SCENARIOS.items()}
