@@ -42,8 +42,6 @@ _OWN_MODES: dict[Phase, tuple[px4.Mode, ...]] = {
     # Landing may begin right behind the takeoff command, before HEARTBEAT shows what that did.
     Phase.LANDING: (px4.TAKEOFF, px4.OFFBOARD, px4.LOITER, px4.LAND),
 }
-
-
 # What a phase asks for; once HEARTBEAT has shown it, leaving it is no longer a matter of course.
 _ASKED_FOR = {Phase.TAKING_OFF: px4.TAKEOFF, Phase.LANDING: px4.LAND}
 _ON_GROUND = frozenset((Phase.CONNECTING, Phase.IDENTIFYING, Phase.WAITING))
@@ -146,7 +144,7 @@ class Captain:
         """What to send when our own code has failed in flight: hold, and no rotation meanwhile."""
         if self.phase not in (Phase.ENGAGING, Phase.FLYING, Phase.HANDING_BACK):
             return []  # the autopilot flies it, by itself
-        hold = commands.set_mode(px4.LOITER.name, px4.LOITER.main, px4.LOITER.sub)
+        hold = commands.set_mode(px4.LOITER)
         safe = px4.torque_setpoint(self._now_us, self._law.safe_controls(), *self._target)
         return [hold.message(self._target, 0), safe]
 
@@ -292,7 +290,7 @@ class Captain:
         self._law.start_mission(self._pose.position.stamp_us)
 
     def _enter_handing_back(self) -> None:
-        self._request(commands.set_mode(px4.LOITER.name, px4.LOITER.main, px4.LOITER.sub))
+        self._request(commands.set_mode(px4.LOITER))
 
     def _enter_landing(self) -> None:
         self._law_on = False
@@ -480,7 +478,7 @@ class Captain:
         self._last_row = row
         self._trace.append(row)
         if self.phase is Phase.ENGAGING and self._setpoints_sent == SETPOINTS_BEFORE_OFFBOARD:
-            self._request(commands.set_mode(px4.OFFBOARD.name, px4.OFFBOARD.main, px4.OFFBOARD.sub))
+            self._request(commands.set_mode(px4.OFFBOARD))
 
     def _trip(self, tripped: Tripped | None) -> None:
         """A guard ends our control: the mode change goes first, then one safe setpoint while it takes effect.

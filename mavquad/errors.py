@@ -36,7 +36,8 @@ class MavquadError(Exception):
 
     def followed_by(self, later: MavquadError) -> None:
         """Something else happened after this: say both, and what to do about the later one. The class and code stay."""
-        self.message = f"{self.message}; then {later.message}"
+        if later.message not in self.message:  # a refusal that is repeated each second is one
+            self.message = f"{self.message}; then {later.message}"
         self.hint = later.hint
         self.args = (self.message,)
 

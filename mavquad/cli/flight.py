@@ -173,9 +173,9 @@ class Flight:
         # matplotlib takes half a second to import, and a flight must not wait for it.
         from mavquad.analysis.figures import flight_figure
 
-        shown = [(note.stamp_us, note.text) for note in self._notes if note.kind in ("guard", "operator")]
+        marks = [(note.stamp_us, note.text) for note in self._notes if note.kind in ("guard", "operator")]
         title = f"{summary['vehicle'] or 'no vehicle'}: {summary['outcome']}"
-        flight_figure(self.rows, shown, self.folder.path / "flight.png", title, metrics)
+        flight_figure(self.rows, marks, self.folder.path / "flight.png", title, metrics)
 
 
 def percentiles(values_us: list[int]) -> dict[str, int]:

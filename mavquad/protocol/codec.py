@@ -77,7 +77,7 @@ class Framer:
     """Cuts what a transport delivers into whole frames.
 
     A frame of a known message has the right CRC. One of a message that the dialect does not know cannot be checked: it
-    counts as a frame if it is whole, something else or nothing follows right behind it, and no valid frame is inside it.
+    counts as a frame if it is whole, nothing or what may be a frame follows right behind it, and no valid one is inside it.
     Carries a partial frame over to the next chunk, since serial bridges cut frames anywhere; a datagram that itself
     starts with a whole frame discards such a rest.
 

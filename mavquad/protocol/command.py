@@ -12,6 +12,7 @@ from enum import Enum, auto
 
 from mavquad.endpoint import NEVER_US
 from mavquad.protocol.codec import Message, mavlink
+from mavquad.protocol.firmware.px4 import Mode
 
 NAN = float("nan")
 RETRY_US = 300_000
@@ -52,9 +53,9 @@ def land() -> Command:
     return Command("land", mavlink.MAV_CMD_NAV_LAND, (0.0, 0.0, 0.0, NAN, NAN, NAN, NAN))
 
 
-def set_mode(name: str, main: int, sub: int) -> Command:
+def set_mode(mode: Mode) -> Command:
     """MAV_CMD_DO_SET_MODE (176) with PX4's main and sub mode."""
-    return Command(f"mode {name}", mavlink.MAV_CMD_DO_SET_MODE, (1.0, float(main), float(sub)))
+    return Command(f"mode {mode.name}", mavlink.MAV_CMD_DO_SET_MODE, (1.0, float(mode.main), float(mode.sub)))
 
 
 def set_interval(name: str, message_id: int, rate_hz: float) -> Command:

@@ -76,3 +76,11 @@ def test_what_happens_later_is_told_too_and_the_first_cause_keeps_its_code():
     assert error.message == str(error) == "the vehicle refused: mode OFFBOARD (DENIED); then lost in flight"
     assert error.hint == "check the link"
     assert error.exit_code == 3
+
+
+def test_what_is_said_already_is_not_said_again():
+    error = errors.FlightEnded("lost")
+    for _ in range(100):
+        error.followed_by(errors.VehicleRefused("land", "DENIED", hint="watch it"))
+    assert error.message == "lost; then the vehicle refused: land (DENIED)"
+    assert error.hint == "watch it"

@@ -10,6 +10,7 @@ from mavquad.endpoint import NEVER_US
 from mavquad.protocol import command as commands
 from mavquad.protocol.codec import mavlink
 from mavquad.protocol.command import MAX_TRIES, RETRY_US, CommandExchange, Reply, result_name
+from mavquad.protocol.firmware import px4
 
 TARGET = (3, 4)
 ARM = commands.arm()
@@ -136,7 +137,7 @@ def parameters(command):
         (commands.disarm(), 400, [0, 0, 0, 0, 0, 0, 0]),
         (commands.takeoff(12.5), 22, [math.nan, 0, 0, math.nan, math.nan, math.nan, 12.5]),
         (commands.land(), 21, [0, 0, 0, math.nan, math.nan, math.nan, math.nan]),
-        (commands.set_mode("AUTO.LOITER", 4, 3), 176, [1, 4, 3, 0, 0, 0, 0]),
+        (commands.set_mode(px4.LOITER), 176, [1, 4, 3, 0, 0, 0, 0]),
         (commands.set_interval("ATTITUDE", 30, 250.0), 511, [30, 4000, 0, 0, 0, 0, 0]),
         (commands.set_interval("ATTITUDE", 30, 0.0), 511, [30, -1, 0, 0, 0, 0, 0]),
         (commands.request_message("AUTOPILOT_VERSION", 148), 512, [148, 0, 0, 0, 0, 0, 0]),
