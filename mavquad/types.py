@@ -4,12 +4,16 @@ z up) for the body, as the paper's model; `mavquad.frames` owns the flips to MAV
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 Vec3 = tuple[float, float, float]
 Vec4 = tuple[float, float, float, float]
 
 CHANNELS = ("z", "yaw", "x", "y")
 """Order of the regulated outputs in every 4-vector of the law (paper, xi_1 = (z, phi), xi_3 = (x, y))."""
+
+Depth = Literal["torque", "rate", "attitude"]
+"""Which input of the autopilot the law commands: chains of length 4, 3 and 2 from it to the position."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,3 +63,25 @@ class TorqueCommand:
 
     angular_acceleration_flu_rad_s2: Vec3
     specific_thrust_m_s2: float
+
+
+@dataclass(frozen=True, slots=True)
+class RateCommand:
+    """What the law asks at depth "rate": body rates (rad/s, FLU) and thrust per mass (m/s^2)."""
+
+    rates_flu_rad_s: Vec3
+    specific_thrust_m_s2: float
+
+
+@dataclass(frozen=True, slots=True)
+class AttitudeCommand:
+    """What the law asks at depth "attitude": Euler angles as in `Attitude` (rad) and thrust per mass (m/s^2)."""
+
+    roll_rad: float
+    pitch_rad: float
+    yaw_rad: float
+    specific_thrust_m_s2: float
+
+
+LawCommand = TorqueCommand | RateCommand | AttitudeCommand
+"""One command of the law, at whichever depth."""
