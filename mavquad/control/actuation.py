@@ -29,10 +29,6 @@ MAX_COMMANDS = 64
 """Bound on the memory: the oldest are forgotten first (a measurement stream that stood still needs no exact past)."""
 
 
-FLOWN_LENGTH = 4
-"""The length of chain that has its sums written out."""
-
-
 @dataclass(frozen=True, slots=True)
 class Response:
     """Coefficients of one elapsed time for a chain of length r. `step` and `memory` list zeta_1 .. zeta_r, then a."""
@@ -96,62 +92,20 @@ def appended(commands: tuple[Command, ...], new: Command, oldest_needed_us: int)
     return (*kept, new)
 
 
-def advance(state: tuple[float, ...], lagged: float, span: Interval, channel: int) -> tuple[tuple[float, ...], float]:
+def advance(state: list[float], lagged: float, span: Interval, channel: int) -> tuple[list[float], float]:
     """One chain (zeta_1 .. zeta_r, sigma) and its lagged input at the end of the interval, exactly."""
-    if len(state) == FLOWN_LENGTH + 1:
-        return advance_flown(state, lagged, span, channel)
-    return advance_any(state, lagged, span, channel)
-
-
-def advance_any(
-    state: tuple[float, ...], lagged: float, span: Interval, channel: int
-) -> tuple[tuple[float, ...], float]:
-    """`advance` for a chain of any length."""
     whole, first = span.whole, span.first[channel]
     driven = [s * first + m * lagged for s, m in zip(whole.step, whole.memory, strict=True)]
     for step, change in span.switches:
-        driven = [d + s * change[channel] for d, s in zip(driven, step, strict=True)]
+        size = change[channel]
+        driven = [d + s * size for d, s in zip(driven, step, strict=True)]
     lagged_end = driven.pop()
     for i, total in enumerate(driven):
         for coefficient, value in zip(whole.taylor, state[i:], strict=False):
             total += coefficient * value
         driven[i] = total
-    return (*driven, state[-1]), lagged_end
-
-
-def advance_flown(
-    state: tuple[float, ...], lagged: float, span: Interval, channel: int
-) -> tuple[tuple[float, ...], float]:
-    """`advance` written out for r = 4, the same sums in the same order: eight of these are most of a step's cost."""
-    whole, first = span.whole, span.first[channel]
-    s1, s2, s3, s4, sa = whole.step
-    m1, m2, m3, m4, ma = whole.memory
-    d1, d2, d3 = s1 * first + m1 * lagged, s2 * first + m2 * lagged, s3 * first + m3 * lagged
-    d4, lagged_end = s4 * first + m4 * lagged, sa * first + ma * lagged
-    for (s1, s2, s3, s4, sa), change in span.switches:
-        size = change[channel]
-        d1 += s1 * size
-        d2 += s2 * size
-        d3 += s3 * size
-        d4 += s4 * size
-        lagged_end += sa * size
-    _, h1, h2, h3, h4 = whole.taylor
-    z1, z2, z3, z4, sigma = state
-    return (
-        d1 + z1 + h1 * z2 + h2 * z3 + h3 * z4 + h4 * sigma,
-        d2 + z2 + h1 * z3 + h2 * z4 + h3 * sigma,
-        d3 + z3 + h1 * z4 + h2 * sigma,
-        d4 + z4 + h1 * sigma,
-        sigma,
-    ), lagged_end
-
-
-def lagged_input(lagged: float, span: Interval, channel: int) -> float:
-    """The lag's output alone at the end of the interval."""
-    end = span.whole.step[-1] * span.first[channel] + span.whole.memory[-1] * lagged
-    for step, change in span.switches:
-        end += step[-1] * change[channel]
-    return end
+    driven.append(state[-1])
+    return driven, lagged_end
 
 
 def _difference(new: Vec4, old: Vec4) -> Vec4:

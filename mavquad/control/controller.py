@@ -1,177 +1,283 @@
-"""The controller: observer, law, limits and actuator replica composed.
+"""The controller: observer, law, limits and actuator replica composed, at each of the three depths.
 
-    measurement at t -> correct each chain -> predict to when the new command will act (t + delay, and the lag)
-    -> w = ref^(4) - sigma - sum gamma_i (zeta_i - ref^(i-1)) -> U = sat_N(B^-1 w) -> the two integrators before thrust and
-    yaw -> Euler accelerations as the body's -> remember the w that U really makes, for the observer
+    measurement at t -> predict the chains to t, correct the rows that it measures
+    command at t     -> predict to when it will act (t + delay + dead time, and the lag)
+                     -> w = ref^(r) - sigma - sum gamma_i (zeta_i - ref^(i-1)) -> U = sat_N(B^-1 w) -> the integrators before
+                        thrust and yaw -> remember the w that U really makes, for the observer
 
-Output feedback is Kim, Pyrkin, Borisov, eqs. (7), (8), from position and yaw alone with B = b4(0, yaw); the measured roll,
-pitch and rates serve only to turn the commanded Euler accelerations into those of the body. State feedback is eq. (6) on
-the measured state, with b4 and q4.
+Output feedback is Kim, Pyrkin, Borisov, eqs. (7), (8); at depth torque, with measurements position_yaw and constant
+decoupling it is the paper's own. State feedback is eq. (6): the chains are the autopilot's own estimate, sigma is zero.
 """
 
 from __future__ import annotations
 
-from mavquad.control.actuation import Command, appended
-from mavquad.control.chains import look_ahead, measured, observed, observed_yaw, rotors_at, with_friction
-from mavquad.control.euler import body_acceleration, euler_rates, trig
-from mavquad.control.integrators import Integrator, advanced
-from mavquad.control.inversion import Bounds, Gain, Realised, realise
-from mavquad.control.limits import ChannelLimits, Demand, DemandLimits, demand
-from mavquad.control.observer import Estimate
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from mavquad.control.estimator import YAW, Estimator, X, Y, Z
+from mavquad.control.euler import body_acceleration, body_rates, euler_rates, trig
+from mavquad.control.integrators import Integrator, advanced, allowed_drive, driven
+from mavquad.control.inversion import Gain, apply, solve
+from mavquad.control.limits import DemandLimits, demand
+from mavquad.control.model import GRAVITY_M_S2
 from mavquad.control.params import LawParams
 from mavquad.control.reference import shifted
-from mavquad.control.state import YAW, Chains, ControllerState, Estimates, Rotors, StepResult, Trace, Z, begin
-from mavquad.control.tuning import Tuning, tuning
-from mavquad.frames import unwrap_near
-from mavquad.types import Attitude, Position, ReferencePoint, TorqueCommand
-
-__all__ = ["ControllerState", "StepResult", "Trace", "begin", "observe_attitude", "step"]
+from mavquad.control.saturation import is_saturated, smooth_saturation
+from mavquad.control.tuning import tuning
+from mavquad.frames import unwrap_near, wrap_pi
+from mavquad.types import (
+    Attitude,
+    AttitudeCommand,
+    Depth,
+    LawCommand,
+    Position,
+    RateCommand,
+    ReferencePoint,
+    TorqueCommand,
+    Vec3,
+    Vec4,
+)
 
 HOLD_MAX_S = 0.1
 """The vehicle holds a thrust, it does not go on integrating: a longer gap counts as this much for the integrators."""
 
-
-def observe_attitude(params: LawParams, state: ControllerState, attitude: Attitude) -> ControllerState:
-    """Correct the yaw chain; roll, pitch and rates are not used. A stamp already seen changes nothing."""
-    yaw, stale = _yaw_observed(tuning(params), state, attitude)
-    if yaw is state.estimates[YAW] and not stale:
-        return state
-    z, _, x, y = state.estimates
-    return _with(state, (z, yaw, x, y), state.stale_positions, state.stale_attitudes + stale)
+_COSINE_MIN = 0.2
+Values = list[float]
+Channel = tuple[float, ...]
+References = tuple[Channel, Channel, Channel, Channel]
 
 
-def _yaw_observed(tune: Tuning, state: ControllerState, attitude: Attitude) -> tuple[Estimate, int]:
-    """The yaw chain after an attitude, and 1 when the attitude was older than it and refused."""
-    yaw = state.estimates[YAW]
-    if attitude.stamp_us <= yaw.stamp_us:
-        return yaw, int(attitude.stamp_us < yaw.stamp_us)
-    return observed_yaw(tune, state, attitude.stamp_us, attitude.yaw_rad), 0
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """The law's evidence for one step. 4-vectors are in the order z, yaw, x, y, but for `inputs`."""
+
+    stamp_us: int
+    zeta_hat: tuple[tuple[float, ...], ...]
+    """The estimate at the latest measurement: (zeta_1 .. zeta_r) of each channel."""
+    sigma: Vec4
+    error: Vec4
+    """Reference minus measured, m and rad."""
+    demanded: Vec4
+    """w: the highest derivatives asked for."""
+    inputs: Vec4
+    """U after saturation and limits: thrust, yaw, roll, pitch; their units are the depth's."""
+    limits_active: tuple[str, ...]
 
 
-def step(
-    params: LawParams, state: ControllerState, position: Position, attitude: Attitude, reference: ReferencePoint
-) -> StepResult:
-    """One command from one position.
+class Controller:
+    """The law with its memory, from one take-over on.
 
-    Args:
-        params: the law's configuration.
-        state: from `begin`, or the step before.
-        position: a new one; when it is older than the last, the last command is given again and the position counted.
-        attitude: the latest.
-        reference: of the moment `position.stamp_us`; it is carried on by its own derivatives to when the command acts.
+    Attributes:
+        command_given: the latest.
+        trace: evidence of the latest step, None before the first.
     """
-    if position.stamp_us < state.estimates[Z].stamp_us and state.trace is not None:
-        refused = _with(state, state.estimates, state.stale_positions + 1, state.stale_attitudes)
-        return StepResult(state.command, refused, state.trace)
-    tune = tuning(params)
-    t = trig(attitude.roll_rad, attitude.pitch_rad, attitude.yaw_rad)
-    rates = euler_rates(t, attitude.rates_flu_rad_s)
-    yaw_now, stale_attitude = _yaw_observed(tune, state, attitude)
-    if params.form == "output_feedback":
-        rotors, estimates, gain = state.rotors, observed(tune, state, position, yaw_now), Gain(t, full=False)
-    else:
-        rotors = rotors_at(tune, state, position.stamp_us)
-        estimates, gain = measured(tune, state, position, yaw_now, t, rates, rotors)
-    act_us = position.stamp_us + tune.delay_us
-    law_us = act_us + tune.bridge_us
-    bounds = _bounds(tune, state.trim_m_s2)
-    flying = _before(state.commands, act_us)
-    ahead = look_ahead(tune, estimates, flying, law_us)
-    references = _references(reference, (law_us - position.stamp_us) * 1e-6, ahead)
-    asked = demand(tune.gammas, references, ahead, _demand_limits(tune, bounds))
-    thrust, yaw = _integrated(state, bounds, act_us)
-    gain = with_friction(tune, gain, references)
-    done = realise(gain, asked.w, tune.levels, thrust, yaw, bounds)
-    command = TorqueCommand(
-        body_acceleration(t, rates, (done.inputs[2], done.inputs[3], yaw.value)), state.trim_m_s2 + thrust.value
-    )
-    trace = _trace(position, estimates, reference, attitude, asked, done)
-    after = ControllerState(
-        estimates=estimates,
-        commands=appended(state.commands, (act_us, done.w), min(position.stamp_us, estimates[YAW].stamp_us)),
-        thrust=Integrator(thrust.value, thrust.rate, done.inputs[0]),
-        yaw=Integrator(yaw.value, yaw.rate, done.inputs[1]),
-        rotors=rotors if params.form == "output_feedback" else _sent(rotors, act_us, thrust.value, yaw.value),
-        trim_m_s2=state.trim_m_s2,
-        command=command,
-        trace=trace,
-        stale_positions=state.stale_positions,
-        stale_attitudes=state.stale_attitudes + stale_attitude,
-    )
-    return StepResult(command, after, trace)
 
+    def __init__(
+        self, params: LawParams, depth: Depth, position: Position, attitude: Attitude, specific_thrust_m_s2: float
+    ) -> None:
+        """Take over without a bump.
 
-def _before(commands: tuple[Command, ...], act_us: int) -> tuple[Command, ...]:
-    """The commands that the new one comes after; it replaces the answer to an earlier look at the same moment."""
-    if commands[-1][0] < act_us:
-        return commands
-    return tuple(command for command in commands if command[0] < act_us) or commands[:1]
+        Args:
+            params: the law's configuration.
+            depth: what it commands.
+            position: the latest.
+            attitude: the latest.
+            specific_thrust_m_s2: the thrust per mass that holds the hover now.
+        """
+        self._tune = tune = tuning(params, depth)
+        self._estimator = Estimator(tune, position, attitude, specific_thrust_m_s2)
+        self._length = tune.horizontal.spec.length
+        self._thrust = Integrator(tune.vertical.integrators, specific_thrust_m_s2)
+        self._yaw_input = Integrator(tune.yaw.integrators, 0.0)
+        self._yaw_sent_rad = attitude.yaw_rad
+        self._yaw_friction = 0.0
+        self._arrive_us = self._estimator.commands[-1][0]
+        self._low_m_s2 = tune.thrust_min_share * GRAVITY_M_S2
+        self._high_m_s2 = tune.thrust_max_share * GRAVITY_M_S2
+        self._limits = DemandLimits(
+            speed_m_s=tune.speed_m_s,
+            climb_m_s=tune.climb_m_s,
+            yaw_rate_rad_s=tune.yaw_rate_rad_s,
+            yaw_acceleration_rad_s2=tune.yaw_acceleration_rad_s2,
+            thrust_low_m_s2=self._low_m_s2,
+            thrust_high_m_s2=self._high_m_s2,
+            tilt_tangent=tune.tilt_tangent,
+            jerk_m_s3=tune.jerk_m_s3,
+        )
+        self.command_given = self._still(attitude, specific_thrust_m_s2)
+        self.trace: Trace | None = None
 
+    @property
+    def estimator(self) -> Estimator:
+        """The observer."""
+        return self._estimator
 
-def _integrated(state: ControllerState, bounds: Bounds, act_us: int) -> tuple[Integrator, Integrator]:
-    """u1 and u2 when the new command starts to act."""
-    dt_s = min((act_us - state.commands[-1][0]) * 1e-6, HOLD_MAX_S)
-    yaw_high = bounds.yaw_high_rad_s2
-    return (
-        advanced(state.thrust, dt_s, bounds.thrust_low_m_s2, bounds.thrust_high_m_s2),
-        advanced(state.yaw, dt_s, -yaw_high, yaw_high),
-    )
+    def observe_attitude(self, attitude: Attitude) -> bool:
+        """Take in an attitude; False when it brings nothing new."""
+        return self._estimator.observe_attitude(attitude)
 
+    def observe_position(self, position: Position) -> bool:
+        """Take in a position; False when it brings nothing new."""
+        return self._estimator.observe_position(position)
 
-def _bounds(tune: Tuning, trim_m_s2: float) -> Bounds:
-    return Bounds(
-        (tune.thrust_min_share - 1.0) * trim_m_s2, (tune.thrust_max_share - 1.0) * trim_m_s2, tune.yaw_input_max_rad_s2
-    )
+    def command(self, reference: Callable[[int], ReferencePoint]) -> LawCommand:
+        """One command from all that was measured so far.
 
+        Args:
+            reference: the reference at a moment of the vehicle's clock, us.
+        """
+        tune, estimator = self._tune, self._estimator
+        stamp_us = max(estimator.stamp_us, estimator.yaw_us)
+        arrive_us = stamp_us + tune.delay_us
+        point = reference(stamp_us)
+        chains = estimator.ahead(arrive_us)
+        references = self._references(point, arrive_us - stamp_us, chains)
+        asked = demand(
+            (tune.vertical.gammas, tune.yaw.gammas, tune.horizontal.gammas, tune.horizontal.gammas),
+            references,
+            chains,
+            estimator.wind(),
+            self._limits,
+        )
+        dt_s = max(0.0, min((arrive_us - self._arrive_us) * 1e-6, HOLD_MAX_S))
+        self._thrust = advanced(self._thrust, dt_s, self._low_m_s2, self._high_m_s2)
+        self._yaw_input = advanced(self._yaw_input, dt_s, -tune.yaw_input_max, tune.yaw_input_max)
+        self._arrive_us = max(arrive_us, self._arrive_us)
+        gain = self._gain(references, chains)
+        self._yaw_friction = self._friction_of_yaw(references, chains)
+        w, inputs, active = self._realised(gain, asked.w)
+        self.command_given = self._on_the_wire(gain, inputs, dt_s)
+        estimator.sent(arrive_us, w, self._thrust.value)
+        self.trace = self._traced(stamp_us, point, asked.w, inputs, asked.active + active)
+        return self.command_given
 
-def _demand_limits(tune: Tuning, bounds: Bounds) -> DemandLimits:
-    vertical = ChannelLimits(tune.climb_speed_m_s, bounds.thrust_low_m_s2, bounds.thrust_high_m_s2)
-    return DemandLimits(vertical, tune.yaw_limits, tune.horizontal_limits)
+    # ------------------------------------------------------------------ from the demand to the inputs
 
+    def _references(self, point: ReferencePoint, until_us: int, chains: tuple[Values, ...]) -> References:
+        """The reference carried on to the moments that the law acts for; yaw by the turn that is nearest."""
+        tune = self._tune
+        place_s = (until_us + tune.horizontal.ahead_us) * 1e-6
+        yaw = shifted(point.yaw_rad, (until_us + tune.yaw.ahead_us) * 1e-6)
+        return (
+            shifted(point.z_m, (until_us + tune.vertical.ahead_us) * 1e-6),
+            (unwrap_near(yaw[0], chains[YAW][0]), *yaw[1:]),
+            shifted(point.x_m, place_s),
+            shifted(point.y_m, place_s),
+        )
 
-def _references(reference: ReferencePoint, ahead_s: float, chains: Chains) -> Chains:
-    """The reference carried on to the moment that the law acts for; yaw by the turn that is nearest."""
-    z, yaw, x, y = (shifted(channel, ahead_s) for channel in reference.channels())
-    return (z, (unwrap_near(yaw[0], chains[YAW][0]), *yaw[1:]), x, y)
+    def _gain(self, references: References, chains: tuple[Values, ...]) -> Gain:
+        """B and what is known without inputs, at the attitude that the measured rates lead to until the command acts."""
+        estimator, tune = self._estimator, self._tune
+        attitude = estimator.attitude
+        rates = attitude.rates_flu_rad_s
+        t = estimator.angles
+        if not tune.constant_gain:
+            ahead_s = (tune.delay_us + tune.horizontal.ahead_us) * 1e-6
+            roll_d, pitch_d, yaw_d = euler_rates(t, rates)
+            t = trig(
+                attitude.roll_rad + ahead_s * roll_d,
+                attitude.pitch_rad + ahead_s * pitch_d,
+                attitude.yaw_rad + ahead_s * yaw_d,
+            )
+        return Gain(
+            length=self._length,
+            constant=tune.constant_gain,
+            t=t,
+            thrust_m_s2=self._thrust.value,
+            thrust_rate_m_s3=self._thrust.rate,
+            rates_flu_rad_s=rates,
+            known=self._friction(references, chains),
+        )
 
+    def _friction(self, references: References, chains: tuple[Values, ...]) -> Vec3:
+        """What friction adds to the highest derivative of z, x, y.
 
-def _sent(rotors: Rotors, act_us: int, thrust: float, yaw: float) -> Rotors:
-    sent = appended(rotors.sent, (act_us, (thrust, yaw, 0.0, 0.0)), rotors.stamp_us)
-    return Rotors(rotors.stamp_us, rotors.lagged, sent)
+        With x_dd = T theta - a x_d, the derivative of order r has -a times that of order r - 1; at depth torque, where
+        theta_dd = u - b theta_d, it is -(a + b) x_ddd - a b x_dd. Output feedback takes the motion of the reference for it,
+        so that nothing is fed back; state feedback takes the measured one, as q4 does.
+        """
+        a, b = self._tune.friction_1_s, self._tune.angular_friction_1_s
+        last = self._length - 1
+        z, _, x, y = chains if self._tune.state_feedback else references
+        if self._length < 4:
+            return (-a * z[last], -a * x[last], -a * y[last])
+        return (-a * z[3], -(a + b) * x[3] - a * b * x[2], -(a + b) * y[3] - a * b * y[2])
 
+    def _friction_of_yaw(self, references: References, chains: tuple[Values, ...]) -> float:
+        """The same of yaw, -b times the derivative before its highest; a rate loop takes care of its own."""
+        if self._tune.depth != "torque":
+            return 0.0
+        motion = chains[YAW] if self._tune.state_feedback else references[YAW]
+        return -self._tune.angular_friction_1_s * motion[self._tune.yaw.spec.length - 1]
 
-def _trace(
-    position: Position,
-    estimates: Estimates,
-    reference: ReferencePoint,
-    attitude: Attitude,
-    asked: Demand,
-    done: Realised,
-) -> Trace:
-    px, py, pz = position.position_nwu_m
-    z, yaw, x, y = (estimate.values for estimate in estimates)
-    yaw_error = unwrap_near(reference.yaw_rad[0] - attitude.yaw_rad, 0.0)
-    return Trace(
-        stamp_us=position.stamp_us,
-        zeta_hat=(z[:-1], yaw[:-1], x[:-1], y[:-1]),
-        sigma=(z[-1], yaw[-1], x[-1], y[-1]),
-        error=(reference.z_m[0] - pz, yaw_error, reference.x_m[0] - px, reference.y_m[0] - py),
-        demanded=asked.w,
-        inputs=done.inputs,
-        limits_active=asked.active + done.active,
-    )
+    def _realised(self, gain: Gain, asked: Vec4) -> tuple[Vec4, Vec4, tuple[str, ...]]:
+        """U = sat_N(B^-1 (w - q)), thrust and yaw kept to what their integrators may take, and w = q + B U again."""
+        tune = self._tune
+        wanted_thrust, wanted_roll, wanted_pitch = solve(gain, (asked[Z], asked[X], asked[Y]))
+        thrust_level, yaw_level, level = tune.levels
+        slowed = self._yaw_friction
+        wanted_yaw = asked[YAW] - slowed
+        thrust = allowed_drive(
+            self._thrust, smooth_saturation(wanted_thrust, thrust_level), self._low_m_s2, self._high_m_s2
+        )
+        yaw = allowed_drive(
+            self._yaw_input, smooth_saturation(wanted_yaw, yaw_level), -tune.yaw_input_max, tune.yaw_input_max
+        )
+        roll, pitch = smooth_saturation(wanted_roll, level), smooth_saturation(wanted_pitch, level)
+        self._thrust, self._yaw_input = driven(self._thrust, thrust), driven(self._yaw_input, yaw)
+        active = []
+        if thrust != wanted_thrust:
+            active.append("thrust")
+        if yaw != wanted_yaw:
+            active.append("yaw_input")
+        if is_saturated(wanted_roll, level):
+            active.append("saturation_roll")
+        if is_saturated(wanted_pitch, level):
+            active.append("saturation_pitch")
+        wz, wx, wy = apply(gain, (thrust, roll, pitch))
+        return (wz, yaw + slowed, wx, wy), (thrust, yaw, roll, pitch), tuple(active)
 
+    def _on_the_wire(self, gain: Gain, inputs: Vec4, dt_s: float) -> LawCommand:
+        """The inputs as the vehicle takes them: of the body, not of the Euler angles."""
+        _, _, roll, pitch = inputs
+        thrust, yaw = self._thrust.value, self._yaw_input.value
+        t = gain.t
+        if self._length == 2:
+            self._yaw_sent_rad = wrap_pi(self._yaw_sent_rad + dt_s * yaw)
+            return AttitudeCommand(roll, pitch, self._yaw_sent_rad, thrust)
+        if gain.constant:
+            rates = euler_rates(t, gain.rates_flu_rad_s)
+            if self._length == 3:
+                return RateCommand(body_rates(t, (roll, pitch, yaw)), thrust)
+            return TorqueCommand(body_acceleration(t, rates, (roll, pitch, yaw)), thrust)
+        about_z = (yaw * t.c_pitch - pitch * t.s_roll) / max(t.c_roll, _COSINE_MIN)
+        if self._length == 3:
+            return RateCommand((roll, pitch, about_z), thrust)
+        return TorqueCommand((roll, pitch, about_z), thrust)
 
-def _with(state: ControllerState, estimates: Estimates, stale_positions: int, stale_attitudes: int) -> ControllerState:
-    return ControllerState(
-        estimates=estimates,
-        commands=state.commands,
-        thrust=state.thrust,
-        yaw=state.yaw,
-        rotors=state.rotors,
-        trim_m_s2=state.trim_m_s2,
-        command=state.command,
-        trace=state.trace,
-        stale_positions=stale_positions,
-        stale_attitudes=stale_attitudes,
-    )
+    def _still(self, attitude: Attitude, thrust_m_s2: float) -> LawCommand:
+        if self._length == 2:
+            return AttitudeCommand(attitude.roll_rad, attitude.pitch_rad, attitude.yaw_rad, thrust_m_s2)
+        if self._length == 3:
+            return RateCommand((0.0, 0.0, 0.0), thrust_m_s2)
+        return TorqueCommand((0.0, 0.0, 0.0), thrust_m_s2)
+
+    def _traced(
+        self, stamp_us: int, point: ReferencePoint, demanded: Vec4, inputs: Vec4, active: tuple[str, ...]
+    ) -> Trace:
+        estimator = self._estimator
+        px, py, pz = estimator.position.position_nwu_m
+        # The latest position may be older than the attitude that this step is of.
+        age_s = (stamp_us - estimator.position.stamp_us) * 1e-6
+        rx, ry, rz = (c[0] - age_s * (c[1] - 0.5 * age_s * c[2]) for c in (point.x_m, point.y_m, point.z_m))
+        z, yaw, x, y = (chain.values for chain in estimator.chains)
+        yaw_error = unwrap_near(point.yaw_rad[0] - estimator.attitude.yaw_rad, 0.0)
+        return Trace(
+            stamp_us=stamp_us,
+            zeta_hat=(tuple(z[:-1]), tuple(yaw[:-1]), tuple(x[:-1]), tuple(y[:-1])),
+            sigma=(z[-1], yaw[-1], x[-1], y[-1]),
+            error=(rz - pz, yaw_error, rx - px, ry - py),
+            demanded=demanded,
+            inputs=inputs,
+            limits_active=active,
+        )

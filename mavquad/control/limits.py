@@ -1,46 +1,54 @@
-"""The law's demand with limits on what it may ask for on the way: speed of approach and acceleration.
+"""The law's demand with limits on what it may ask for on the way: speed of approach, thrust and tilt, jerk.
 
 Without limits, for a chain of length r with errors e_i = ref^(i-1) - zeta_i, the law demands
 
     w = ref^(r) - sigma + gamma_1 e_1 + ... + gamma_r e_r
 
-The same number is found from the inside out,
+The same number is found from the inside out, with gamma_(r+1) = 1,
 
-    speed = (gamma_1 / gamma_2) e_1,   acceleration = ref^(2) + (gamma_2 / gamma_3) (e_2 + speed),
-    w = ref^(r) - sigma + gamma_3 (acceleration - zeta_3) + gamma_4 e_4 + ... + gamma_r e_r
+    v_1 = ref^(1) + gamma_1 / gamma_2 e_1,   v_i = ref^(i) + gamma_i / gamma_(i+1) (v_(i-1) - zeta_i),   w = v_r - sigma
 
-and now `speed` and `acceleration` are quantities that can be limited: x and y as a vector (a tilt limit is a limit of the
-horizontal acceleration demanded, a = g tan(tilt)), z and yaw each alone. The command itself is never cut for it, and the law
-is untouched while no limit is met.
+and now v_1, v_2 and v_3, the speed, acceleration and jerk to go for, can be limited: x and y as a vector, z and yaw each
+alone. The acceleration is limited where it is thrust: what wind and friction do (d) does not lean the vehicle, so the limit
+is on v_2 - d, within a cone of tilt and a shell of thrust. The command itself is never cut for it, and the law is
+untouched while no limit is met.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+from mavquad.control.model import GRAVITY_M_S2
 from mavquad.types import Vec4
 
-Chain = tuple[float, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class ChannelLimits:
-    """Of one channel, or of a pair taken as a vector; SI units of the output."""
-
-    speed: float
-    """Largest speed of approach, above the reference's own."""
-    acceleration_low: float
-    acceleration_high: float
+Values = Sequence[float]
 
 
 @dataclass(frozen=True, slots=True)
 class DemandLimits:
-    """All the limits of one step, and the names that they are reported by."""
+    """All the limits of one step.
 
-    vertical: ChannelLimits
-    yaw: ChannelLimits
-    horizontal: ChannelLimits
+    Attributes:
+        speed_m_s: largest horizontal speed of approach, above the reference's own.
+        climb_m_s: the same of z.
+        yaw_rate_rad_s: the same of yaw.
+        yaw_acceleration_rad_s2: largest yaw acceleration aimed at.
+        thrust_low_m_s2: least thrust per mass.
+        thrust_high_m_s2: greatest.
+        tilt_tangent: tangent of the largest tilt.
+        jerk_m_s3: largest horizontal jerk aimed at: how fast the thrust may turn.
+    """
+
+    speed_m_s: float
+    climb_m_s: float
+    yaw_rate_rad_s: float
+    yaw_acceleration_rad_s2: float
+    thrust_low_m_s2: float
+    thrust_high_m_s2: float
+    tilt_tangent: float
+    jerk_m_s3: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,68 +60,131 @@ class Demand:
 
 
 def demand(
-    gammas: tuple[Chain, Chain, Chain, Chain],
-    references: tuple[Chain, Chain, Chain, Chain],
-    estimates: tuple[Chain, Chain, Chain, Chain],
+    gammas: tuple[Values, Values, Values, Values],
+    references: tuple[Values, Values, Values, Values],
+    chains: tuple[Values, Values, Values, Values],
+    winds: tuple[float, float, float],
     limits: DemandLimits,
 ) -> Demand:
-    """The law's right side for z, yaw, x, y. Chains are (zeta_1 .. zeta_r, sigma), references have r + 1 entries."""
+    """The law's right side for z, yaw, x, y.
+
+    Args:
+        gammas: gamma_1 .. gamma_r of each channel.
+        references: each with r + 1 entries or more.
+        chains: zeta_1 .. zeta_r, sigma of each channel.
+        winds: d of z, x, y: the acceleration that is not the thrust's, as far as it is told apart.
+        limits: what may be asked for.
+    """
     active: list[str] = []
-    z = _limited_scalar(gammas[0], references[0], estimates[0], limits.vertical, "climb", active)
-    yaw = _limited_scalar(gammas[1], references[1], estimates[1], limits.yaw, "yaw", active)
-    ax, ay = _limited_horizontal(gammas, references, estimates, limits.horizontal, active)
+    z = _vertical(gammas[0], references[0], chains[0], winds[0], limits, active)
+    yaw = _turning(gammas[1], references[1], chains[1], limits, active)
+    x, y = _horizontal(gammas, references, chains, (winds[1], winds[2]), z + GRAVITY_M_S2, limits, active)
+    length = len(gammas[0])
     return Demand(
         (
-            _outer(gammas[0], references[0], estimates[0], z),
-            _outer(gammas[1], references[1], estimates[1], yaw),
-            _outer(gammas[2], references[2], estimates[2], ax),
-            _outer(gammas[3], references[3], estimates[3], ay),
+            _outward(gammas[0], references[0], chains[0], z + winds[0], 2, length),
+            yaw,
+            _outward(gammas[2], references[2], chains[2], x, _JERK if length > 3 else 2, length),
+            _outward(gammas[3], references[3], chains[3], y, _JERK if length > 3 else 2, length),
         ),
         tuple(active),
     )
 
 
-def _outer(gamma: Chain, reference: Chain, zeta: Chain, acceleration: float) -> float:
-    """The part of the law from the third state on, given the acceleration to go for."""
-    length = len(gamma)
-    total = reference[length] - zeta[length] + gamma[2] * (acceleration - zeta[2])
-    for i in range(3, length):
-        total += gamma[i] * (reference[i] - zeta[i])
-    return total
+_JERK = 3
 
 
-def _limited_scalar(
-    gamma: Chain, reference: Chain, zeta: Chain, limits: ChannelLimits, name: str, active: list[str]
+def _ratio(gamma: Values, i: int) -> float:
+    """gamma_i / gamma_(i+1), i counted from 1."""
+    return gamma[i - 1] / gamma[i] if i < len(gamma) else gamma[i - 1]
+
+
+def _next(gamma: Values, reference: Values, zeta: Values, i: int, aim: float) -> float:
+    """v_i from v_(i-1)."""
+    return reference[i] + _ratio(gamma, i) * (aim - zeta[i - 1])
+
+
+def _outward(gamma: Values, reference: Values, zeta: Values, aim: float, level: int, length: int) -> float:
+    """w from v_level."""
+    for i in range(level + 1, length + 1):
+        aim = _next(gamma, reference, zeta, i, aim)
+    return aim - zeta[length]
+
+
+def _vertical(
+    gamma: Values, reference: Values, zeta: Values, wind: float, limits: DemandLimits, active: list[str]
 ) -> float:
-    speed = gamma[0] / gamma[1] * (reference[0] - zeta[0])
-    if abs(speed) > limits.speed:
-        speed = math.copysign(limits.speed, speed)
-        active.append(f"{name}_speed")
-    wanted = reference[2] + gamma[1] / gamma[2] * (reference[1] - zeta[1] + speed)
-    acceleration = min(max(wanted, limits.acceleration_low), limits.acceleration_high)
+    """The vertical acceleration of the thrust, less gravity."""
+    speed = _ratio(gamma, 1) * (reference[0] - zeta[0])
+    if abs(speed) > limits.climb_m_s:
+        speed = math.copysign(limits.climb_m_s, speed)
+        active.append("climb_speed")
+    wanted = _next(gamma, reference, zeta, 2, reference[1] + speed) - wind
+    acceleration = min(max(wanted, limits.thrust_low_m_s2 - GRAVITY_M_S2), limits.thrust_high_m_s2 - GRAVITY_M_S2)
     if acceleration != wanted:
-        active.append(f"{name}_acceleration")
+        active.append("climb_acceleration")
     return acceleration
 
 
-def _limited_horizontal(
-    gammas: tuple[Chain, Chain, Chain, Chain],
-    references: tuple[Chain, Chain, Chain, Chain],
-    estimates: tuple[Chain, Chain, Chain, Chain],
-    limits: ChannelLimits,
+def _turning(gamma: Values, reference: Values, zeta: Values, limits: DemandLimits, active: list[str]) -> float:
+    """w of yaw."""
+    length = len(gamma)
+    speed = _ratio(gamma, 1) * (reference[0] - zeta[0])
+    if abs(speed) > limits.yaw_rate_rad_s:
+        speed = math.copysign(limits.yaw_rate_rad_s, speed)
+        active.append("yaw_speed")
+    aim = reference[1] + speed
+    if length == 1:
+        return aim - zeta[1]
+    wanted = _next(gamma, reference, zeta, 2, aim)
+    most = limits.yaw_acceleration_rad_s2
+    aim = min(max(wanted, -most), most)
+    if aim != wanted:
+        active.append("yaw_acceleration")
+    return _outward(gamma, reference, zeta, aim, 2, length)
+
+
+def _horizontal(
+    gammas: tuple[Values, Values, Values, Values],
+    references: tuple[Values, Values, Values, Values],
+    chains: tuple[Values, Values, Values, Values],
+    winds: tuple[float, float],
+    lift_m_s2: float,
+    limits: DemandLimits,
     active: list[str],
 ) -> tuple[float, float]:
-    gamma, (x_ref, y_ref), (x, y) = gammas[2], references[2:], estimates[2:]
-    inner, outer = gamma[0] / gamma[1], gamma[1] / gamma[2]
+    """v_2 of x and y for r up to 3, v_3 from there on."""
+    gamma, (x_ref, y_ref), (x, y) = gammas[2], references[2:], chains[2:]
+    inner = _ratio(gamma, 1)
     vx, vy = inner * (x_ref[0] - x[0]), inner * (y_ref[0] - y[0])
-    size = math.hypot(vx, vy)
-    if size > limits.speed:
-        vx, vy = vx * limits.speed / size, vy * limits.speed / size
+    if _too_long(vx, vy, limits.speed_m_s):
+        vx, vy = _shortened(vx, vy, limits.speed_m_s)
         active.append("horizontal_speed")
-    ax = x_ref[2] + outer * (x_ref[1] - x[1] + vx)
-    ay = y_ref[2] + outer * (y_ref[1] - y[1] + vy)
-    size = math.hypot(ax, ay)
-    if size > limits.acceleration_high:
-        ax, ay = ax * limits.acceleration_high / size, ay * limits.acceleration_high / size
+    ax = _next(gamma, x_ref, x, 2, x_ref[1] + vx) - winds[0]
+    ay = _next(gamma, y_ref, y, 2, y_ref[1] + vy) - winds[1]
+    lean = min(limits.tilt_tangent * lift_m_s2, _leg(limits.thrust_high_m_s2, lift_m_s2))
+    if _too_long(ax, ay, lean):
+        ax, ay = _shortened(ax, ay, lean)
         active.append("tilt")
-    return ax, ay
+    ax, ay = ax + winds[0], ay + winds[1]
+    if len(gamma) <= _JERK:
+        return ax, ay
+    jx, jy = _next(gamma, x_ref, x, _JERK, ax), _next(gamma, y_ref, y, _JERK, ay)
+    if _too_long(jx, jy, limits.jerk_m_s3):
+        jx, jy = _shortened(jx, jy, limits.jerk_m_s3)
+        active.append("jerk")
+    return jx, jy
+
+
+def _too_long(x: float, y: float, most: float) -> bool:
+    return x * x + y * y > most * most
+
+
+def _shortened(x: float, y: float, most: float) -> tuple[float, float]:
+    scale = most / math.hypot(x, y)
+    return x * scale, y * scale
+
+
+def _leg(hypotenuse: float, other: float) -> float:
+    """What a thrust of limited size leaves for the horizontal; a tenth of it at least."""
+    return math.sqrt(max(hypotenuse * hypotenuse - other * other, 0.01 * hypotenuse * hypotenuse))

@@ -4,40 +4,49 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, PlainSerializer, model_validator
 
+from mavquad.control.defaults import CHAIN_LENGTHS, DEPTHS, Measurements, defaults
 from mavquad.control.gains import Polynomial, chain_gains
 from mavquad.schema import Section
+from mavquad.types import Depth
 
-CHAIN_LENGTH = 4
-"""r at depth "torque": from angular acceleration to position."""
-
-Modulus = Annotated[float, Field(gt=0.0, le=10.0)]
 PolePart = Annotated[float, Field(ge=-100.0, le=100.0)]
+
+_AUTO = (
+    BeforeValidator(lambda value: None if value == "auto" else value),
+    PlainSerializer(lambda value: "auto" if value is None else value),
+)
+Bandwidth = Annotated[Annotated[float, Field(gt=0.05, le=50.0)] | None, *_AUTO]
+Kappa = Annotated[Annotated[float, Field(gt=0.1, le=500.0)] | None, *_AUTO]
+Seconds = Annotated[Annotated[float, Field(ge=0.0, le=0.5)] | None, *_AUTO]
+Spread = Annotated[Annotated[float, Field(ge=1.0, le=4.0)] | None, *_AUTO]
 
 
 class SaturationParams(Section):
-    """[law.saturation]: the levels N of sat_N, one for each input of U = (v1, v2, u3, u4)."""
+    """[law.saturation]: the levels N of sat_N, one for each input of U, at the depth that has it."""
 
     thrust_snap_m_s4: float = Field(default=150.0, gt=0.0, le=10000.0)
-    """v1, second derivative of the thrust per mass, m/s^4."""
-    yaw_snap_rad_s4: float = Field(default=60.0, gt=0.0, le=10000.0)
-    """v2, second derivative of the yaw acceleration, rad/s^4."""
-    roll_rad_s2: float = Field(default=25.0, gt=0.0, le=1000.0)
-    """u3, roll acceleration, rad/s^2."""
-    pitch_rad_s2: float = Field(default=25.0, gt=0.0, le=1000.0)
-    """u4, pitch acceleration, rad/s^2."""
+    """Depth torque: v1, second derivative of the thrust per mass, m/s^4."""
+    thrust_jerk_m_s3: float = Field(default=40.0, gt=0.0, le=10000.0)
+    """Depth rate: first derivative of the thrust per mass, m/s^3."""
+    roll_pitch_rad_s2: float = Field(default=25.0, gt=0.0, le=1000.0)
+    """Depth torque: u3 and u4, roll and pitch acceleration, rad/s^2."""
+    roll_pitch_rad_s: float = Field(default=3.5, gt=0.0, le=50.0)
+    """Depth rate: roll and pitch rate, rad/s. At depth torque the rate that is aimed at is kept within it."""
+    padded_yaw: float = Field(default=60.0, gt=0.0, le=10000.0)
+    """Level of the yaw input before its integrators, when there are any, rad/s^n."""
 
 
 class LimitParams(Section):
     """[law.limits]: what the law may ask for."""
 
-    thrust_min_g: float = Field(default=0.4, gt=0.05, lt=1.0)
+    thrust_min_g: float = Field(default=0.3, gt=0.05, lt=1.0)
     """Least thrust per mass, as a share of the thrust that holds the hover. b4 is singular at zero."""
-    thrust_max_g: float = Field(default=1.6, gt=1.0, le=5.0)
-    """Greatest thrust per mass, as a share of the thrust that holds the hover."""
-    tilt_max_deg: float = Field(default=30.0, gt=0.0, le=60.0)
-    """The horizontal acceleration demanded is kept within g tan(tilt), deg."""
+    thrust_max_g: float = Field(default=2.0, gt=1.0, le=5.0)
+    """Greatest thrust per mass, as a share of the thrust that holds the hover; what the wire can say, if that is less."""
+    tilt_max_deg: float = Field(default=50.0, gt=0.0, le=75.0)
+    """The thrust that is asked for leans no more than this, deg."""
     approach_speed_max_m_s: float = Field(default=2.0, gt=0.0, le=20.0)
     """Speed at which a horizontal error may be reduced, m/s, above the reference's own."""
     climb_speed_max_m_s: float = Field(default=1.5, gt=0.0, le=20.0)
@@ -45,57 +54,109 @@ class LimitParams(Section):
     yaw_rate_max_deg_s: float = Field(default=60.0, gt=0.0, le=720.0)
     """Rate at which a yaw error may be reduced, deg/s, above the reference's own."""
     yaw_acceleration_max_deg_s2: float = Field(default=170.0, gt=0.0, le=5000.0)
-    """Limit of u2, the yaw acceleration commanded, deg/s^2: what the rotors' drag can do."""
+    """Depth torque: limit of u2, the yaw acceleration commanded, deg/s^2: what the rotors' drag can do."""
 
 
 class LawParams(Section):
-    """[law]: the law, its observer, and what it knows of the actuator."""
+    """[law]: the law, its observer, and what it knows of the actuator. "auto" is the depth's own value."""
 
     form: Literal["output_feedback", "state_feedback"] = "output_feedback"
-    """Position and yaw only, eqs. (7), (8); or the full state, eq. (6), without an observer."""
-    depth: Literal["torque"] = "torque"
-    """Which input the law commands. "torque": angular accelerations and thrust, chains of length 4."""
+    """From an extended observer, eqs. (7), (8); or from the autopilot's full estimate, eq. (6), without an observer."""
+    depth: Literal["auto", "torque", "rate", "attitude"] = "auto"
+    """Which input the law commands: angular accelerations (chains of length 4, the paper), body rates (3) or attitude
+    (2), each with thrust. "auto": torque where the firmware takes it (PX4 up to 1.13), else rate."""
+    measurements: Literal["auto", "position_yaw", "position_attitude", "full"] = "auto"
+    """What the observer is corrected by: position and yaw (the paper); roll and pitch besides; velocity and body rates
+    besides. "auto": full, at every depth."""
+    decoupling: Literal["auto", "attitude", "constant"] = "auto"
+    """The input gain that is inverted: at the measured attitude, or b(0, yaw), as the paper has it. "auto": attitude, but
+    constant at depth torque with position and yaw alone, whose noisy thrust demand would shake roll and pitch."""
     polynomial: Polynomial = "binomial"
     """Where the gains gamma come from: "binomial" (Newton), "butterworth", or "poles" (modal)."""
     poles: tuple[tuple[PolePart, PolePart], ...] = ()
-    """For polynomial = "poles": four pairs [real, imaginary] in units of omega0, conjugates both listed."""
-    omega0_rad_s: float = Field(default=2.7, gt=0.05, le=20.0)
+    """For polynomial = "poles": a pair [real, imaginary] for each state of the chain, in units of omega0, conjugates both
+    listed. Yaw, whose chain is shorter, is binomial then."""
+    omega0_rad_s: Bandwidth = None
     """Bandwidth of z, x and y, rad/s."""
-    yaw_omega0_rad_s: float = Field(default=2.2, gt=0.05, le=20.0)
+    yaw_omega0_rad_s: Bandwidth = None
     """Bandwidth of yaw, rad/s."""
-    kappa_rad_s: float = Field(default=7.5, gt=0.1, le=200.0)
-    """Observer gain of z, x and y, rad/s: a noise budget. Above omega0."""
-    yaw_kappa_rad_s: float = Field(default=7.5, gt=0.1, le=200.0)
-    """Observer gain of yaw, rad/s. Above yaw_omega0."""
-    observer_moduli: tuple[Modulus, Modulus, Modulus, Modulus, Modulus] = (0.25, 0.5, 1.0, 2.0, 4.0)
-    """The eigenvalues of the paper's matrix A are minus these; the observer's poles, minus kappa times these."""
+    kappa_rad_s: Kappa = None
+    """Observer gain on the position, rad/s: a noise budget. Above omega0."""
+    velocity_kappa_rad_s: Kappa = None
+    """Observer gain on the velocity, rad/s."""
+    attitude_kappa_rad_s: Kappa = None
+    """Observer gain on the acceleration that roll, pitch and thrust amount to, rad/s."""
+    rates_kappa_rad_s: Kappa = None
+    """Observer gain on the jerk that body rates and thrust amount to, and on the yaw rate, rad/s. Depth torque."""
+    yaw_kappa_rad_s: Kappa = None
+    """Observer gain on yaw, rad/s. Above yaw_omega0."""
+    observer_spread: Spread = None
+    """The eigenvalues of the paper's A are -spread^k, k symmetrical about 0: 1 puts all in one place."""
+    yaw_padding: int = Field(default=0, ge=0, le=2)
+    """Integrators before the yaw input: 0, or as many as make its chain as long as the others', as the paper has it."""
     friction_1_s: float = Field(default=1.0, ge=0.0, le=5.0)
-    """The paper's a_x = a_y = a_z as far as known, 1/s; here PX4 SIH's. Used along the reference only; 0 leaves it to
-    sigma, as the paper does."""
+    """The paper's a_x = a_y = a_z as far as known, 1/s; here PX4 SIH's. 0 leaves it to sigma, as the paper does."""
     angular_friction_1_s: float = Field(default=0.9, ge=0.0, le=5.0)
-    """The paper's a_psi = a_theta = a_phi likewise, 1/s."""
+    """The paper's a_psi = a_theta = a_phi likewise, 1/s. Depth torque."""
     delay_s: float = Field(default=0.025, ge=0.0, le=0.3)
-    """From the stamp of a measurement until the command that was computed from it acts, s."""
-    lag_s: float = Field(default=0.05, ge=0.0, le=0.5)
-    """First-order lag of the rotors, s."""
+    """From the stamp of a measurement until the command that was computed from it arrives at the autopilot, s."""
+    dead_time_s: Seconds = None
+    """From there until roll and pitch begin to answer, s."""
+    lag_s: Seconds = None
+    """First-order lag of that answer, s: the rotors' at depth torque, the autopilot's own loop's at the others."""
+    thrust_lag_s: Seconds = None
+    """First-order lag of the thrust, s."""
+    yaw_dead_time_s: Seconds = None
+    """Dead time of the yaw, s."""
+    yaw_lag_s: Seconds = None
+    """First-order lag of the yaw, s."""
     lag_bridged: float = Field(default=1.0, ge=0.0, le=1.0)
-    """Share of the lag that the prediction bridges: the law acts on the state at delay + lag_bridged * lag ahead."""
+    """Share of the lag that the prediction bridges: the law acts on the state when the command acts, and this later."""
     saturation: SaturationParams = SaturationParams()
     """Levels of the smooth saturation."""
     limits: LimitParams = LimitParams()
     """Limits of thrust, tilt, speed and yaw."""
 
+    @property
+    def depths(self) -> tuple[Depth, ...]:
+        """The depths that this configuration may fly at."""
+        return DEPTHS if self.depth == "auto" else (self.depth,)
+
+    def measured(self) -> Measurements:
+        """The measurement set, "auto" resolved."""
+        return "full" if self.measurements == "auto" else self.measurements
+
+    def constant_gain(self, depth: Depth) -> bool:
+        """The decoupling, "auto" resolved."""
+        if self.decoupling == "auto":
+            return depth == "torque" and self.measured() == "position_yaw" and self.form == "output_feedback"
+        return self.decoupling == "constant"
+
     @model_validator(mode="after")
     def _check(self) -> LawParams:
-        if self.kappa_rad_s <= self.omega0_rad_s:
-            raise ValueError("kappa_rad_s must be greater than omega0_rad_s: the observer leads the law")
-        if self.yaw_kappa_rad_s <= self.yaw_omega0_rad_s:
-            raise ValueError("yaw_kappa_rad_s must be greater than yaw_omega0_rad_s: the observer leads the law")
+        for depth in self.depths:
+            self._check_observer(depth)
         if self.polynomial == "poles":
             self._check_poles()
         return self
 
+    def _check_observer(self, depth: Depth) -> None:
+        known = defaults(depth, self.measured())
+        omega0 = self.omega0_rad_s or known.omega0_rad_s
+        if self.kappa_rad_s is not None and self.kappa_rad_s <= omega0:
+            raise ValueError(
+                f"kappa_rad_s must be greater than omega0_rad_s ({omega0:g} at depth {depth}): the observer leads the law"
+            )
+        yaw_omega0 = self.yaw_omega0_rad_s or known.yaw_omega0_rad_s
+        if self.yaw_kappa_rad_s is not None and self.yaw_kappa_rad_s <= yaw_omega0:
+            raise ValueError(
+                f"yaw_kappa_rad_s must be greater than yaw_omega0_rad_s ({yaw_omega0:g} at depth {depth}): "
+                "the observer leads the law"
+            )
+
     def _check_poles(self) -> None:
+        if self.depth == "auto":
+            raise ValueError('poles want a depth of their own: "torque" takes 4, "rate" 3, "attitude" 2')
         if any(real > -0.05 for real, _ in self.poles):
             raise ValueError("poles must have real parts of -0.05 or less")
-        chain_gains("poles", CHAIN_LENGTH, 1.0, self.poles)
+        chain_gains("poles", CHAIN_LENGTHS[self.depth], 1.0, self.poles)

@@ -1,4 +1,4 @@
-"""What `LawParams` amount to: gains and limits in SI, worked out once and kept."""
+"""What `LawParams` amount to at one depth: gains and limits in SI, worked out once and kept."""
 
 from __future__ import annotations
 
@@ -6,61 +6,140 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
+from mavquad.control.defaults import CHAIN_LENGTHS, YAW_LENGTHS, Defaults, Measurements, defaults
 from mavquad.control.gains import chain_gains
-from mavquad.control.limits import ChannelLimits
-from mavquad.control.model import GRAVITY_M_S2
-from mavquad.control.observer import ObserverGains
-from mavquad.control.params import CHAIN_LENGTH, LawParams
-from mavquad.types import Vec4
+from mavquad.control.observer import ChainSpec, rows
+from mavquad.control.params import LawParams
+from mavquad.types import Depth, Vec3
 
-Gammas = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+VELOCITY, ACCELERATION, JERK = 1, 2, 3
+"""Which state of a chain each further row measures, counted from 0."""
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelTuning:
+    """One kind of channel.
+
+    Attributes:
+        spec: the chain, its rows and its actuator.
+        gammas: gamma_1 .. gamma_r.
+        integrators: how many stand before its input.
+        ahead_us: from when a command arrives until the moment that the law acts for.
+    """
+
+    spec: ChainSpec
+    gammas: tuple[float, ...]
+    integrators: int
+    ahead_us: int
+
+    def row(self, index: int) -> int:
+        """Which of its rows measures this state; 0, the output's own, where none does."""
+        places = [row.index for row in self.spec.rows]
+        return places.index(index) if index in places else 0
 
 
 @dataclass(frozen=True, slots=True)
 class Tuning:
-    """Numbers of the hot path; 4-tuples in the order z, yaw, x, y or v1, v2, u3, u4."""
+    """Numbers of the hot path."""
 
-    gammas: Gammas
-    observers: tuple[ObserverGains, ObserverGains, ObserverGains, ObserverGains]
-    levels: Vec4
-    """N of sat_N."""
+    depth: Depth
+    measurements: Measurements
+    state_feedback: bool
+    constant_gain: bool
+    vertical: ChannelTuning
+    horizontal: ChannelTuning
+    yaw: ChannelTuning
+    levels: Vec3
+    """N of sat_N of thrust, yaw, and roll and pitch."""
     friction_1_s: float
     angular_friction_1_s: float
     delay_us: int
-    lag_s: float
-    bridge_us: int
-    """How much further than the delay the law looks ahead."""
     thrust_min_share: float
     thrust_max_share: float
-    climb_speed_m_s: float
-    yaw_input_max_rad_s2: float
-    yaw_limits: ChannelLimits
-    horizontal_limits: ChannelLimits
+    speed_m_s: float
+    climb_m_s: float
+    tilt_tangent: float
+    jerk_m_s3: float
+    yaw_rate_rad_s: float
+    yaw_input_max: float
+    yaw_acceleration_rad_s2: float
 
 
-@lru_cache(maxsize=16)
-def tuning(params: LawParams) -> Tuning:
-    """The numbers behind a configuration."""
-    place = chain_gains(params.polynomial, CHAIN_LENGTH, params.omega0_rad_s, params.poles)
-    turn = chain_gains(params.polynomial, CHAIN_LENGTH, params.yaw_omega0_rad_s, params.poles)
-    place_observer = ObserverGains(params.kappa_rad_s, params.observer_moduli, params.lag_s)
-    turn_observer = ObserverGains(params.yaw_kappa_rad_s, params.observer_moduli, params.lag_s)
-    levels, limits = params.saturation, params.limits
-    tilt_acceleration = GRAVITY_M_S2 * math.tan(math.radians(limits.tilt_max_deg))
-    yaw_acceleration = math.radians(limits.yaw_acceleration_max_deg_s2)
+@lru_cache(maxsize=64)
+def tuning(params: LawParams, depth: Depth) -> Tuning:
+    """The numbers behind a configuration at a depth."""
+    own = defaults(depth, params.measured())
+    length, limits = CHAIN_LENGTHS[depth], params.limits
+    yaw_rate, yaw_acceleration = map(math.radians, (limits.yaw_rate_max_deg_s, limits.yaw_acceleration_max_deg_s2))
+    levels = params.saturation
+    yaw_most = yaw_acceleration if depth == "torque" else yaw_rate
     return Tuning(
-        gammas=(place, turn, place, place),
-        observers=(place_observer, turn_observer, place_observer, place_observer),
-        levels=(levels.thrust_snap_m_s4, levels.yaw_snap_rad_s4, levels.roll_rad_s2, levels.pitch_rad_s2),
+        depth=depth,
+        measurements=params.measured(),
+        state_feedback=params.form == "state_feedback",
+        constant_gain=params.constant_gain(depth),
+        vertical=_place(params, own, depth, _given(params.thrust_lag_s, own.thrust_lag_s), 0.0),
+        horizontal=_place(
+            params, own, depth, _given(params.lag_s, own.lag_s), _given(params.dead_time_s, own.dead_time_s)
+        ),
+        yaw=_turn(params, own, depth),
+        levels=(
+            {4: levels.thrust_snap_m_s4, 3: levels.thrust_jerk_m_s3, 2: math.inf}[length],
+            levels.padded_yaw if params.yaw_padding else yaw_most,
+            {4: levels.roll_pitch_rad_s2, 3: levels.roll_pitch_rad_s, 2: math.inf}[length],
+        ),
         friction_1_s=params.friction_1_s,
         angular_friction_1_s=params.angular_friction_1_s,
         delay_us=round(params.delay_s * 1e6),
-        lag_s=params.lag_s,
-        bridge_us=round(params.lag_bridged * params.lag_s * 1e6),
         thrust_min_share=limits.thrust_min_g,
         thrust_max_share=limits.thrust_max_g,
-        climb_speed_m_s=limits.climb_speed_max_m_s,
-        yaw_input_max_rad_s2=yaw_acceleration,
-        yaw_limits=ChannelLimits(math.radians(limits.yaw_rate_max_deg_s), -yaw_acceleration, yaw_acceleration),
-        horizontal_limits=ChannelLimits(limits.approach_speed_max_m_s, -tilt_acceleration, tilt_acceleration),
+        speed_m_s=limits.approach_speed_max_m_s,
+        climb_m_s=limits.climb_speed_max_m_s,
+        tilt_tangent=math.tan(math.radians(limits.tilt_max_deg)),
+        jerk_m_s3=9.81 * levels.roll_pitch_rad_s,
+        yaw_rate_rad_s=yaw_rate,
+        yaw_input_max=yaw_most,
+        yaw_acceleration_rad_s2=yaw_acceleration,
     )
+
+
+def _given(value: float | None, own: float) -> float:
+    return own if value is None else value
+
+
+def _place(params: LawParams, own: Defaults, depth: Depth, lag_s: float, dead_s: float) -> ChannelTuning:
+    """z, or x and y."""
+    length = CHAIN_LENGTHS[depth]
+    omega0 = _given(params.omega0_rad_s, own.omega0_rad_s)
+    kappas = {0: _given(params.kappa_rad_s, own.kappa_per_omega0 * omega0)}
+    measured = params.measured()
+    if measured == "full":
+        kappas[VELOCITY] = _given(params.velocity_kappa_rad_s, own.velocity_kappa_rad_s)
+    if measured != "position_yaw":
+        kappas[ACCELERATION] = _given(params.attitude_kappa_rad_s, own.attitude_kappa_rad_s)
+    if measured == "full":
+        kappas[JERK] = _given(params.rates_kappa_rad_s, own.rates_kappa_rad_s)
+    kappas = {index: kappa for index, kappa in kappas.items() if index < length}
+    spread = _given(params.observer_spread, own.observer_spread)
+    spec = ChainSpec(length, rows(length, kappas, spread), lag_s, round(dead_s * 1e6))
+    gammas = chain_gains(params.polynomial, length, omega0, params.poles)
+    return ChannelTuning(spec, gammas, length - 2, _ahead_us(params, dead_s, lag_s))
+
+
+def _turn(params: LawParams, own: Defaults, depth: Depth) -> ChannelTuning:
+    length = YAW_LENGTHS[depth] + params.yaw_padding
+    omega0 = _given(params.yaw_omega0_rad_s, own.yaw_omega0_rad_s)
+    kappas = {0: _given(params.yaw_kappa_rad_s, own.yaw_kappa_per_omega0 * omega0)}
+    if params.measured() == "full" and depth == "torque":
+        kappas[1] = _given(params.rates_kappa_rad_s, own.rates_kappa_rad_s)
+    lag_s = _given(params.yaw_lag_s, own.yaw_lag_s)
+    dead_s = _given(params.yaw_dead_time_s, own.yaw_dead_time_s)
+    spread = _given(params.observer_spread, own.observer_spread)
+    spec = ChainSpec(length, rows(length, kappas, spread), lag_s, round(dead_s * 1e6))
+    polynomial = "binomial" if params.polynomial == "poles" and length != len(params.poles) else params.polynomial
+    gammas = chain_gains(polynomial, length, omega0, params.poles)
+    return ChannelTuning(spec, gammas, params.yaw_padding, _ahead_us(params, dead_s, lag_s))
+
+
+def _ahead_us(params: LawParams, dead_s: float, lag_s: float) -> int:
+    return round((dead_s + params.lag_bridged * lag_s) * 1e6)

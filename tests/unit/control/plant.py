@@ -11,9 +11,18 @@ import random
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-from mavquad.control.controller import Trace, begin, step
+from mavquad.control.controller import Controller, Trace
 from mavquad.control.params import LawParams
-from mavquad.types import Attitude, Position, ReferencePoint, TorqueCommand
+from mavquad.types import (
+    Attitude,
+    AttitudeCommand,
+    Depth,
+    LawCommand,
+    Position,
+    RateCommand,
+    ReferencePoint,
+    TorqueCommand,
+)
 
 STEP_US = 2500
 STEP_S = STEP_US * 1e-6
@@ -32,11 +41,16 @@ class Vehicle:
     # What the law's wire is scaled by: it does not know the true values.
     torque_per_control: tuple[float, float, float] = (113.137, 113.137, 13.3333)
     hover_control: float = 0.4905
+    # The autopilot's own loops: angular acceleration per rate error, rate per angle error.
+    rate_gain: float = 13.0
+    attitude_gain: float = 6.5
+    yaw_gain: float = 1.2
 
 
 @dataclass(frozen=True)
 class Link:
     rate_hz: float = 100.0
+    attitude_per_position: int = 1
     delay_s: float = 0.025
     loss: float = 0.0
     white_m: float = 0.003
@@ -67,7 +81,7 @@ class Flight:
     yaw_error: list[float] = field(default_factory=list)
     tilt: list[float] = field(default_factory=list)
     traces: list[Trace] = field(default_factory=list)
-    commands: list[TorqueCommand] = field(default_factory=list)
+    commands: list[LawCommand] = field(default_factory=list)
     truth: list[tuple[float, float, float]] = field(default_factory=list)
     crashed: bool = False
 
@@ -114,6 +128,26 @@ def motor_commands(v: Vehicle, command: TorqueCommand) -> list[float]:
         thrust - roll + pitch + yaw,
     )
     return [min(max(u, 0.0), 1.0) for u in mixed]
+
+
+def inner_loops(v: Vehicle, b: Body, command: LawCommand) -> list[float]:
+    """A command of any depth to motors: P on the rates, P on the angles (small-angle Euler errors will do here)."""
+    if isinstance(command, TorqueCommand):
+        return motor_commands(v, command)
+    if isinstance(command, AttitudeCommand):
+        roll, pitch, yaw = b.euler()
+        turn = (command.yaw_rad - yaw + math.pi) % (2 * math.pi) - math.pi
+        rates = (
+            v.attitude_gain * (command.roll_rad - roll),
+            v.attitude_gain * (command.pitch_rad - pitch),
+            min(max(v.yaw_gain * turn, -0.8), 0.8),
+        )
+    else:
+        rates = command.rates_flu_rad_s
+    gains = (v.rate_gain, v.rate_gain, 0.6 * v.rate_gain)
+    p, q, r = (k * (w - b) for k, w, b in zip(gains, rates, b.rates, strict=True))
+    turn = (p, q, min(max(r, -2.5), 2.5))
+    return motor_commands(v, TorqueCommand(turn, command.specific_thrust_m_s2))
 
 
 def advance(v: Vehicle, b: Body, wanted: list[float], wind: tuple[float, float, float]) -> None:
@@ -186,44 +220,58 @@ def fly(
     reference: Callable[[float], ReferencePoint],
     duration_s: float,
     *,
+    depth: Depth = "torque",
     vehicle: Vehicle = Vehicle(),
     link: Link = Link(),
     wind: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    gusts_m_s: float = 0.0,
     seed: int = 1,
     start: tuple[float, float, float] = (0.0, 0.0, 0.0),
     start_yaw: float = 0.0,
-    trim_m_s2: float = 9.81,
+    trim_m_s2: float | None = None,
     blackout_s: tuple[float, float] = (-1.0, -1.0),
 ) -> Flight:
-    """Hover at `start` (in balance with the wind), hand over at once, fly the reference; error against the measured frame."""
+    """Hover at `start` (in balance with the wind), hand over at once, fly the reference; error against the measured frame.
+
+    Positions come `attitude_per_position` times more slowly than attitudes; the law answers every attitude.
+    """
     rng = random.Random(seed)
+    gust_rng, gusts = random.Random(seed + 1), [0.0, 0.0]
     body = _balanced(vehicle, start, start_yaw, wind)
     sensor = Sensor(link, rng)
     flight = Flight()
     period = round(1e6 / link.rate_hz / STEP_US)
     delay_us = round(link.delay_s * 1e6)
-    wanted, flying = list(body.motors), []
-    state = None
+    in_force, flying = None, []
+    controller: Controller | None = None
+    seen = 0
     for k in range(round(duration_s / STEP_S)):
         now = k * STEP_US
         if k % period == 0:
             position, attitude = sensor.sample(body, now)
-            if state is None:
-                state = begin(params, position, attitude, trim_m_s2)
+            if controller is None:
+                level = 9.81 / body.rotation[8] if trim_m_s2 is None else trim_m_s2
+                controller = Controller(params, depth, position, attitude, level)
             lost = rng.random() < link.loss or blackout_s[0] <= now * 1e-6 < blackout_s[1]
-            point = reference(now * 1e-6)
             if not lost:
-                result = step(params, state, position, attitude, point)
-                state = result.state
-                flight.traces.append(result.trace)
-                flight.commands.append(result.command)
+                controller.observe_attitude(attitude)
+                if seen % link.attitude_per_position == 0:
+                    controller.observe_position(position)
+                command = controller.command(lambda stamp_us: reference(stamp_us * 1e-6))
+                flight.traces.append(controller.trace)
+                flight.commands.append(command)
                 if rng.random() >= link.loss:
-                    flying.append((now + delay_us, result.command))
-            if not record(flight, body, sensor, point, now):
+                    flying.append((now + delay_us, command))
+            seen += 1
+            if not record(flight, body, sensor, reference(now * 1e-6), now):
                 return flight
         while flying and flying[0][0] <= now:
-            wanted = motor_commands(vehicle, flying.pop(0)[1])
-        advance(vehicle, body, wanted, wind)
+            in_force = flying.pop(0)[1]
+        wanted = list(body.motors) if in_force is None else inner_loops(vehicle, body, in_force)
+        if gusts_m_s:
+            keep = math.exp(-STEP_S)
+            gusts = [keep * g + gust_rng.gauss(0.0, gusts_m_s * math.sqrt(1 - keep * keep)) for g in gusts]
+        advance(vehicle, body, wanted, (wind[0] + gusts[0], wind[1] + gusts[1], wind[2]))
     return flight
 
 

@@ -1,0 +1,58 @@
+"""What "auto" stands for in [law], for each depth: gains and inner loops of PX4's SIH quadrotor, as measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from mavquad.types import Depth
+
+Measurements = Literal["position_yaw", "position_attitude", "full"]
+
+DEPTHS: tuple[Depth, ...] = ("torque", "rate", "attitude")
+CHAIN_LENGTHS: dict[Depth, int] = {"torque": 4, "rate": 3, "attitude": 2}
+"""r: from the commanded input to position."""
+YAW_LENGTHS: dict[Depth, int] = {"torque": 2, "rate": 1, "attitude": 1}
+"""The yaw's own chain, before any padding; at depth attitude its rate is integrated to the angle on the wire."""
+
+
+@dataclass(frozen=True, slots=True)
+class Defaults:
+    """Numbers of one depth and measurement set; kappas of rows that the set does not have are not used."""
+
+    omega0_rad_s: float
+    kappa_per_omega0: float
+    """kappa over omega0."""
+    velocity_kappa_rad_s: float = 10.0
+    attitude_kappa_rad_s: float = 12.0
+    rates_kappa_rad_s: float = 12.0
+    observer_spread: float = 1.0
+    yaw_omega0_rad_s: float = 2.0
+    yaw_kappa_per_omega0: float = 3.0
+    dead_time_s: float = 0.0
+    lag_s: float = 0.05
+    thrust_lag_s: float = 0.05
+    yaw_dead_time_s: float = 0.0
+    yaw_lag_s: float = 0.05
+
+
+_TORQUE = {"yaw_omega0_rad_s": 2.0}
+_RATE = {"dead_time_s": 0.045, "lag_s": 0.06, "yaw_dead_time_s": 0.05, "yaw_lag_s": 0.3, "yaw_omega0_rad_s": 1.2}
+_ATTITUDE = {"dead_time_s": 0.08, "lag_s": 0.15, "yaw_dead_time_s": 0.1, "yaw_lag_s": 0.4, "yaw_omega0_rad_s": 1.0}
+
+_DEFAULTS: dict[tuple[Depth, Measurements], Defaults] = {
+    ("torque", "position_yaw"): Defaults(2.7, 2.8, observer_spread=2.0, **_TORQUE),
+    ("torque", "position_attitude"): Defaults(2.7, 2.5, **_TORQUE),
+    ("torque", "full"): Defaults(3.0, 2.0, **_TORQUE),
+    ("rate", "position_yaw"): Defaults(2.0, 4.0, **_RATE),
+    ("rate", "position_attitude"): Defaults(2.5, 3.0, **_RATE),
+    ("rate", "full"): Defaults(2.5, 3.0, **_RATE),
+    ("attitude", "position_yaw"): Defaults(1.5, 3.0, **_ATTITUDE),
+    ("attitude", "position_attitude"): Defaults(1.5, 3.0, **_ATTITUDE),
+    ("attitude", "full"): Defaults(1.5, 3.0, **_ATTITUDE),
+}
+
+
+def defaults(depth: Depth, measurements: Measurements) -> Defaults:
+    """The numbers behind "auto"."""
+    return _DEFAULTS[depth, measurements]
