@@ -16,14 +16,14 @@ from typing import Literal
 
 import numpy as np
 
-from mavquad.analysis.identification_fit import Problem, Solution, covariance, solve
+from mavquad.analysis.identification_fit import Problem, View, covariance, solve
 from mavquad.analysis.identification_model import Array
-from mavquad.analysis.identification_windows import Span, cut
+from mavquad.analysis.identification_windows import Span, Windows, cut
 
 Kind = Literal["static", "integrating"]
 
 WINDOW_S: dict[Kind, float] = {"static": 4.0, "integrating": 2.0}
-LEAST_WINDOWS = 3
+LEAST_WINDOWS = 2
 LEAST_SAMPLES = 150
 LEAST_EXPLAINED = 0.2
 LARGEST_GAIN_ERROR = 0.1
@@ -113,34 +113,33 @@ def identify(command: Signal, answer: Signal, spans: Sequence[Span], kind: Kind)
     problem = Problem(command.times_s, command.values, answer.values[used], windows, kind == "integrating")
     if problem.command_sd <= 1e-9 * (1.0 + float(np.max(np.abs(command.values)))):
         return Refused("the command never changes: no excitation")
-    if problem.answer_sd <= 0.0:
+    if float(np.ptp(problem.answer)) == 0.0:
         return Refused("the answer never changes")
-    return _judged(_fit(problem, solve(problem)))
+    return _judged(_fit(problem))
 
 
-def _fit(problem: Problem, solution: Solution) -> AxisFit | Refused:
+def _fit(problem: Problem) -> AxisFit | Refused:
+    solution, view = solve(problem)
     if solution.on_edge:
         return Refused(f"no dead time and lag fit within the range searched ({solution.on_edge})")
-    errors = covariance(problem, solution)
-    variances = np.maximum(np.diag(errors), 0.0)
-    dead, lag, gain = (
-        Estimate(float(value), float(np.sqrt(variance)))
-        for value, variance in zip((solution.dead_s, solution.lag_s, solution.gain), variances[:3], strict=True)
+    errors = covariance(view, solution)
+    dead, lag, gain, *damping = (
+        Estimate(float(value), float(np.sqrt(max(variance, 0.0))))
+        for value, variance in zip((solution.dead_s, solution.lag_s, *solution.linear), np.diag(errors), strict=True)
     )
-    total = Estimate(dead.value + lag.value, float(np.sqrt(max(errors[:2, :2].sum(), 0.0))))
-    damping = Estimate(solution.damping_1_s, float(np.sqrt(variances[3]))) if problem.integrating else None
-    windows, residual = problem.windows, problem.residual(solution)
+    plain, windows = View(problem), problem.windows
+    residual = plain.residual(solution)
     return AxisFit(
         dead_s=dead,
         lag_s=lag,
-        total_s=total,
+        total_s=Estimate(dead.value + lag.value, float(np.sqrt(max(errors[:2, :2].sum(), 0.0)))),
         gain=gain,
-        damping_1_s=damping,
-        explained=1.0 - float(np.var(residual)) / problem.answer_sd**2,
+        damping_1_s=damping[0] if damping else None,
+        explained=1.0 - float(np.var(residual) / np.var(plain.answer)),
         residual=float(np.std(residual)),
         command_sd=problem.command_sd,
         samples=len(windows.times_s),
-        seconds=_seconds(windows.times_s, windows.index),
+        seconds=_seconds(windows),
         windows=windows.count,
         times_s=windows.times_s,
         answer=problem.answer,
@@ -148,9 +147,8 @@ def _fit(problem: Problem, solution: Solution) -> AxisFit | Refused:
     )
 
 
-def _seconds(times_s: Array, index: Array) -> float:
-    steps_s = np.diff(times_s)
-    return float(steps_s[np.diff(index) == 0].sum())
+def _seconds(windows: Windows) -> float:
+    return float(np.diff(windows.times_s)[np.diff(windows.index) == 0].sum())
 
 
 def _judged(fit: AxisFit | Refused) -> AxisFit | Refused:

@@ -19,6 +19,7 @@ from mavquad.analysis.identification_model import Array
 
 Span = tuple[float, float]
 """From, to, s."""
+NO_FILTER: Array = np.zeros(0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,19 +56,24 @@ class Windows:
         """The window of each sample that `whitened` leaves."""
         return np.asarray(self.index[order:][self._complete(order)])
 
-    def free(self, column: Array, filter_: Array) -> Array:
-        """The column, whitened, without what each window's own polynomial explains of it."""
+    def free(self, column: Array, filter_: Array = NO_FILTER, weights: Array | None = None) -> Array:
+        """The column, whitened, without what each window's own polynomial explains of it.
+
+        `weights`, one for each row that is left, are those of least squares; the result is not multiplied by them.
+        """
         index = self.whitened_index(len(filter_))
-        result = _centred(self.whitened(column, filter_), index)
+        weights = np.ones(len(index)) if weights is None else weights
+        result = _centred(self.whitened(column, filter_), index, weights)
         if self.order:
-            slope = _centred(self.whitened(self.times_s, filter_), index)
-            share = np.bincount(index, slope * result) / np.maximum(np.bincount(index, slope * slope), 1e-12)
+            slope = _centred(self.whitened(self.times_s, filter_), index, weights)
+            weighted = weights * slope
+            share = np.bincount(index, weighted * result) / np.maximum(np.bincount(index, weighted * slope), 1e-12)
             result = result - share[index] * slope
         return result
 
 
-def _centred(column: Array, index: npt.NDArray[np.intp]) -> Array:
-    mean = np.bincount(index, column) / np.maximum(np.bincount(index), 1)
+def _centred(column: Array, index: npt.NDArray[np.intp], weights: Array) -> Array:
+    mean = np.bincount(index, weights * column) / np.maximum(np.bincount(index, weights), 1e-12)
     return np.asarray(column - mean[index])
 
 
