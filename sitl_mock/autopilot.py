@@ -15,6 +15,7 @@ from sitl_mock.plant import TICK_US, Plant, VehicleState
 from sitl_mock.quadcopter import RigidBody
 from sitl_mock.script import Script
 from sitl_mock.sensors import Estimator
+from sitl_mock.wind import Wind
 
 _TICK_S = TICK_US / 1e6
 
@@ -40,7 +41,7 @@ class MockAutopilot:
     """A simulated vehicle with its autopilot. Boot is at `start_us`; the same inputs and seed give the same bytes."""
 
     def __init__(self, config: MockConfig, seed: int, start_us: int) -> None:
-        self._wind_ned_m_s = config.wind_ned_m_s
+        self._wind = Wind(config.wind_ned_m_s, config.gusts_m_s, config.gusts_time_s, seed)
         self._start_us = floor_to_grid_us(start_us)
         self._tick_us = self._start_us
         self._plant = _plant(config)
@@ -76,7 +77,7 @@ class MockAutopilot:
         if self._script.is_dead(boot_us):
             self._is_dead = True
             return
-        self._plant.step(self._motor_commands, self._wind_ned_m_s, _TICK_S)
+        self._plant.step(self._motor_commands, self._wind.step(_TICK_S), _TICK_S)
         state = self._plant.state
         estimate = self._estimator.step(state, boot_us, _TICK_S)
         self._motor_commands = self._personality.fly(state, estimate, boot_us, _TICK_S)

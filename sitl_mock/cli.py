@@ -40,7 +40,7 @@ def run(
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the sensors' and the link's randomness.")] = 1,
     wind: Annotated[str, typer.Option(help="Wind towards N,E,D in m/s, e.g. 3,0,0; overrides the file.")] = "",
-    firmware: Annotated[str, typer.Option(help="PX4 version imitated, 1.13 or 1.16; overrides the file.")] = "",
+    firmware: Annotated[str, typer.Option(help="PX4 version imitated: 1.13, 1.15 or 1.16; overrides the file.")] = "",
     announce: Annotated[bool, typer.Option(help="Print the bound address as JSON; end when stdin closes.")] = False,
 ) -> None:
     """Run a mock PX4 with a simulated quadcopter; without options it behaves as PX4 SITL on ports 14580 and 14540."""

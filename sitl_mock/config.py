@@ -17,7 +17,7 @@ def _number_as_text(value: Any) -> Any:
 
 Positive = Annotated[float, Field(gt=0, le=1000)]
 NotNegative = Annotated[float, Field(ge=0, le=1000)]
-Firmware = Annotated[Literal["1.13", "1.16"], BeforeValidator(_number_as_text)]
+Firmware = Annotated[Literal["1.13", "1.15", "1.16"], BeforeValidator(_number_as_text)]
 ModeName = Literal["POSCTL", "OFFBOARD", "AUTO.TAKEOFF", "AUTO.LOITER", "AUTO.LAND", "AUTO.RTL"]
 
 
@@ -231,7 +231,7 @@ class MockConfig(Section):
     """A mock autopilot, its vehicle, its link and what goes wrong."""
 
     firmware: Firmware = "1.13"
-    """PX4 version imitated: 1.13 takes SET_ACTUATOR_CONTROL_TARGET, 1.16 does not."""
+    """PX4 version imitated: 1.13 takes SET_ACTUATOR_CONTROL_TARGET, 1.15 and 1.16 do not; 1.16 acknowledges modes twice."""
     system_id: Annotated[int, Field(ge=1, le=255)] = 1
     """MAVLink system id; the component is 1, the autopilot."""
     com_rcl_except: Annotated[int, Field(ge=0, le=31)] = 4
@@ -244,6 +244,10 @@ class MockConfig(Section):
         Annotated[float, Field(ge=-50, le=50)],
     ] = (0.0, 0.0, 0.0)
     """Wind towards north, east, down in m/s."""
+    gusts_m_s: Annotated[float, Field(ge=0, le=20)] = 0.0
+    """Standard deviation of the gusts in m/s, towards north and towards east; 0 for none."""
+    gusts_time_s: Annotated[float, Field(ge=0.01, le=1000)] = 1.0
+    """Correlation time of the gusts in s."""
     vehicle: VehicleConfig = VehicleConfig()
     """The vehicle."""
     sensors: SensorsConfig = SensorsConfig()

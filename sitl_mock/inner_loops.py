@@ -1,8 +1,10 @@
 """The autopilot's own cascade: position P, velocity PI, attitude P, body-rate PI; after PX4's multicopter controllers.
 
 NED and FRD; thrust and torques normalised as PX4 does (thrust 0..1, torque -1..1). A setpoint enters the cascade at
-its own level. Pure functions over `LoopState`; gains of PX4 1.13 (MPC_*, MC_*) without the
-derivative terms; the rate gains are chosen so that a step of the rates is answered as was recorded.
+its own level. Pure functions over `LoopState`; gains and limits of PX4 1.13 (MPC_*, MC_*) without the derivative
+terms. The rate gains are not PX4's: they are chosen so that a step of the rates is answered as was recorded, by a
+vehicle with SIH's numbers and an estimate 5 ms old. MC_ROLLRATE_MAX and its like limit what the attitude loop asks
+for; body rates that come over MAVLink go to the rate loop as they are (PX4's mavlink_receiver and mc_rate_control).
 """
 
 from __future__ import annotations
@@ -10,7 +12,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from sitl_mock.geometry import ZERO3, Quaternion, Vec3, conjugate, from_euler, multiply, normalised, yaw_of
+from sitl_mock.attitude_loop import wanted_rates
+from sitl_mock.geometry import ZERO3, Quaternion, Vec3, from_euler, yaw_of
 from sitl_mock.sensors import Estimate
 
 
@@ -26,10 +29,11 @@ class PositionSetpoint:
 
 @dataclass(frozen=True, slots=True)
 class AttitudeSetpoint:
-    """Attitude FRD to NED and collective thrust."""
+    """Attitude FRD to NED, collective thrust, and a yaw rate about the vertical as feed-forward."""
 
     quaternion: Quaternion
     thrust_norm: float
+    yaw_rate_rad_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,27 +57,31 @@ Setpoint = PositionSetpoint | AttitudeSetpoint | RatesSetpoint | TorqueSetpoint
 
 @dataclass(frozen=True, slots=True)
 class Gains:
-    """Gains and limits. Position 1/s; velocity (m/s^2)/(m/s) and (m/s^2)/m; attitude 1/s; rate norm/(rad/s), norm/rad."""
+    """Gains and limits. Position 1/s; velocity (m/s^2)/(m/s) and (m/s^2)/m; attitude 1/s; rate norm/(rad/s), norm/rad.
+
+    `yaw_weight`: part of the yaw error that the attitude loop counts beside the tilt (MC_YAW_WEIGHT).
+    """
 
     hover_thrust_norm: float = 0.4905
     gravity_m_s2: float = 9.81
     position_p: Vec3 = (0.95, 0.95, 1.0)
     velocity_p: Vec3 = (1.8, 1.8, 4.0)
     velocity_i: Vec3 = (0.4, 0.4, 2.0)
-    attitude_p: Vec3 = (6.5, 6.5, 2.0)
-    rate_p: Vec3 = (0.12, 0.12, 0.2)
+    attitude_p: Vec3 = (6.5, 6.5, 2.8)
+    yaw_weight: float = 0.4
+    rate_p: Vec3 = (0.11, 0.11, 0.145)
     rate_i: Vec3 = (0.1, 0.1, 0.1)
     rate_integral_max_norm: float = 0.3
     speed_max_m_s: Vec3 = (5.0, 5.0, 1.5)
     integral_max_m_s2: Vec3 = (15.0, 15.0, 5.0)
-    rates_max_rad_s: Vec3 = (3.8, 3.8, 0.8)
+    rates_max_rad_s: Vec3 = (math.radians(220.0), math.radians(220.0), math.radians(200.0))
     tilt_max_rad: float = math.radians(60.0)
     thrust_min_norm: float = 0.12
 
 
 @dataclass(frozen=True, slots=True)
 class LoopState:
-    """Integrators, and the last attitude and rates asked for (for ATTITUDE_TARGET)."""
+    """Integrators, and the last attitude and rates asked for (for ATTITUDE_TARGET; NaN: a rate not asked for)."""
 
     velocity_integral_m_s2: Vec3 = ZERO3
     rate_integral_norm: Vec3 = ZERO3
@@ -134,16 +142,16 @@ def attitude_for(gains: Gains, acceleration_ned_m_s2: Vec3, yaw_rad: float) -> A
 
 
 def attitude_loop(gains: Gains, setpoint: AttitudeSetpoint, estimate: Estimate) -> RatesSetpoint:
-    """Rates 2 P sign(e_w) e_xyz for the error quaternion e = q^-1 q_setpoint. A NaN attitude asks for nothing."""
-    if not all(math.isfinite(part) for part in setpoint.quaternion):
+    """Attitude P to body rates. An attitude that is NaN or zero asks for nothing."""
+    if not 0.0 < sum(part * part for part in setpoint.quaternion) < math.inf:
         return RatesSetpoint((None, None, None), setpoint.thrust_norm)
-    w, x, y, z = multiply(conjugate(estimate.quaternion), normalised(setpoint.quaternion))
-    twice = 2.0 if w >= 0 else -2.0
-    p, limit = gains.attitude_p, gains.rates_max_rad_s
-    rates = (
-        _limited(twice * p[0] * x, limit[0]),
-        _limited(twice * p[1] * y, limit[1]),
-        _limited(twice * p[2] * z, limit[2]),
+    rates = wanted_rates(
+        estimate.quaternion,
+        setpoint.quaternion,
+        setpoint.yaw_rate_rad_s,
+        gains.attitude_p,
+        gains.yaw_weight,
+        gains.rates_max_rad_s,
     )
     return RatesSetpoint(rates, setpoint.thrust_norm)
 
@@ -157,8 +165,8 @@ def rate_loop(
     targets = [0.0, 0.0, 0.0]
     for i in range(3):
         wanted = setpoint.rates_frd_rad_s[i]
-        targets[i] = estimate.rates_frd_rad_s[i] if wanted is None else wanted
-        error = targets[i] - estimate.rates_frd_rad_s[i]
+        targets[i] = math.nan if wanted is None else wanted
+        error = 0.0 if wanted is None else wanted - estimate.rates_frd_rad_s[i]
         total = state.rate_integral_norm[i] + gains.rate_i[i] * error * dt_s
         integral[i] = _limited(total, gains.rate_integral_max_norm)
         torque[i] = _limited(gains.rate_p[i] * error + integral[i], 1.0)

@@ -158,7 +158,7 @@ class Commander:
         if not self.armed:
             return IDLE
         if self.mode is Mode.OFFBOARD:
-            given = self._offboard.setpoint
+            given = self._offboard.next_setpoint()
             if isinstance(given, PositionSetpoint) and self.landed and boot_us - self._armed_us < _SPOOL_UP_US:
                 return IDLE
             return given or IDLE

@@ -41,6 +41,7 @@ class Commands:
         send_message: Callable[[int, int], bool],
     ) -> None:
         self._is_113 = firmware == "1.13"
+        self._is_116 = firmware == "1.16"
         self._system_id = system_id
         self._commander = commander
         self._streams = streams
@@ -68,7 +69,7 @@ class Commands:
             return [_ack(_SET_MODE, result, sender)]
         command = int(message.command)
         if message.target_system != self._system_id or message.target_component not in (0, 1):
-            return [_ack(command, FAILED, sender)] if self._is_113 else []
+            return [] if self._is_116 else [_ack(command, FAILED, sender)]
         scripted = self._script.answer(command)
         if isinstance(scripted, Refuse):
             if scripted.text:
@@ -82,7 +83,7 @@ class Commands:
         if command == _SET_MODE:
             result = self._set_mode(params, sender, boot_us)
             # The receiver of 1.16 acknowledges before its commander has decided.
-            return [result] if self._is_113 else [ACCEPTED, result]
+            return [ACCEPTED, result] if self._is_116 else [result]
         handler = self._handlers.get(command)
         answer = UNSUPPORTED if handler is None else handler(params, boot_us)
         return [] if answer is None else [answer]
@@ -92,7 +93,7 @@ class Commands:
         if mode is None or not _whole(params[0]) & _CUSTOM_MODE_FLAG:
             return ACCEPTED  # as PX4: acknowledged, and nothing happens
         result = self._commander.request(mode, boot_us)
-        # PX4 1.16 tells the reason to ground stations only.
+        # PX4 1.15 and 1.16 tell the reason to ground stations only.
         if result == TEMPORARILY_REJECTED and not self._is_113 and sender[1] == _GROUND_STATION_COMPONENT:
             self._commander.texts.append((CRITICAL, "Switching to Offboard is currently not available"))
         return result

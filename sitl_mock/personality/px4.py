@@ -54,6 +54,7 @@ class Px4:
         )
         self._estimate = estimate
         self._controls = inner_loops.TorqueSetpoint(ZERO3, 0.0)
+        self._attitude_thrust_norm = 0.0
         self._motors: Vec4 = (0.0, 0.0, 0.0, 0.0)
         self._gcs_us: int | None = None
         self.outbox: list[bytes] = []
@@ -89,12 +90,15 @@ class Px4:
         if not self.commander.armed:
             self._loops = inner_loops.LoopState(attitude_target=estimate.quaternion)
             self._controls = inner_loops.TorqueSetpoint(ZERO3, 0.0)
+            self._attitude_thrust_norm = 0.0
             self._motors = (0.0, 0.0, 0.0, 0.0)
             return self._motors
         if truth.on_ground:
             self._loops = inner_loops.LoopState(attitude_target=self._loops.attitude_target)
         setpoint = self.commander.setpoint(estimate, truth.on_ground, boot_us, dt_s)
         self._controls, self._loops = inner_loops.step(self._gains, self._loops, setpoint, estimate, dt_s)
+        if not isinstance(setpoint, inner_loops.RatesSetpoint):
+            self._attitude_thrust_norm = self._controls.thrust_norm
         self._motors = mix(*self._controls.torque_frd_norm, self._controls.thrust_norm)
         return self._motors
 
@@ -139,7 +143,7 @@ class Px4:
             commander.home_ned_m,
             self._loops.attitude_target,
             self._loops.rates_target_rad_s,
-            self._controls.thrust_norm,
+            self._attitude_thrust_norm,
             self._motors if commander.armed else None,
             commander.is_torque_control(),
             self._script.has_nan_pose(boot_us),

@@ -20,17 +20,26 @@ HOME_ALTITUDE_M = 32.5
 _PREARM_CHECK = mavlink.MAV_SYS_STATUS_PREARM_CHECK
 _SENSORS: dict[Firmware, tuple[int, int, int]] = {
     "1.13": (0x9020802C, 0x9020800C, 0x9020802F),
+    "1.15": (0x0300402F, 0x0301402F, 0x1320C83F),
     "1.16": (0x0300402F, 0x0301402F, 0x1320C83F),
 }
-"""SYS_STATUS's sensors present, enabled and healthy when ready to arm, as recorded from SIH."""
-_SERVOS_5_TO_8: dict[Firmware, tuple[int, int, int, int]] = {"1.13": (1500, 1500, 900, 900), "1.16": (900,) * 4}
+"""SYS_STATUS's sensors present, enabled and healthy when ready to arm, as recorded from SIH (1.15: taken to be as 1.16)."""
+_SERVOS_5_TO_8: dict[Firmware, tuple[int, int, int, int]] = {
+    "1.13": (1500, 1500, 900, 900),
+    "1.15": (900,) * 4,
+    "1.16": (900,) * 4,
+}
 """What the outputs without a motor show when armed, as recorded; 900 disarmed."""
 _LEAST_THRUST = 0.001
 """What ATTITUDE_TARGET shows at rest, disarmed or armed, as recorded."""
 _EARTH_RADIUS_M = 6371000.0
 _NAN3 = (math.nan, math.nan, math.nan)
-_VERSION: dict[Firmware, tuple[int, int]] = {"1.13": (17629952, 58623), "1.16": (17826559, 59647)}
-"""AUTOPILOT_VERSION.flight_sw_version and capabilities of 1.13.3 and 1.16.2."""
+_VERSION: dict[Firmware, tuple[int, int]] = {
+    "1.13": (17629952, 58623),
+    "1.15": (17761535, 59647),
+    "1.16": (17826559, 59647),
+}
+"""AUTOPILOT_VERSION.flight_sw_version and capabilities of 1.13.3, 1.15.4 (not recorded) and 1.16.2."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +60,7 @@ class Picture:
     home_ned_m: Vec3
     attitude_target: Quaternion
     rates_target_rad_s: Vec3
-    thrust_norm: float
+    attitude_thrust_norm: float
     motor_commands: Vec4 | None
     is_torque_control: bool = False
     pose_is_nan: bool = False
@@ -116,7 +125,11 @@ def global_position_int(picture: Picture) -> Message:
 
 
 def attitude_target(picture: Picture) -> Message | None:
-    """ATTITUDE_TARGET: what the inner loops follow, and the collective thrust in force; pauses under torque control."""
+    """ATTITUDE_TARGET: the rates that are followed (NaN: an axis left alone), and the last input of the attitude loop.
+
+    While body rates come from outside, that attitude and thrust stand still, and the thrust is not the one in force
+    (seen on 1.16.2). Pauses under torque control.
+    """
     if picture.is_torque_control:
         return None
     return mavlink.MAVLink_attitude_target_message(
@@ -124,7 +137,7 @@ def attitude_target(picture: Picture) -> Message | None:
         0,
         list(picture.attitude_target),
         *picture.rates_target_rad_s,
-        max(picture.thrust_norm, _LEAST_THRUST),
+        max(picture.attitude_thrust_norm, _LEAST_THRUST),
     )
 
 

@@ -74,14 +74,14 @@ def test_help_shows_the_name_of_the_table():
     assert "a file with a [mock] table" in " ".join(shown.split())
 
 
-@pytest.mark.parametrize(("number", "text"), [(1.13, "1.13"), (1.16, "1.16")])
+@pytest.mark.parametrize(("number", "text"), [(1.13, "1.13"), (1.15, "1.15"), (1.16, "1.16")])
 def test_firmware_may_be_a_number(number, text):
     assert parse_section(MockConfig, {"firmware": number}, "mock.toml", "mock").firmware == text
 
 
 @pytest.mark.parametrize("value", [1.14, 1, True, "1.130", [1.13]])
 def test_no_other_firmware(value):
-    with pytest.raises(ConfigError, match=r"'1\.13' or '1\.16'") as caught:
+    with pytest.raises(ConfigError, match=r"'1\.13', '1\.15' or '1\.16'") as caught:
         parse_section(MockConfig, {"firmware": value}, "mock.toml", "mock")
     assert caught.value.key == "mock.firmware"
 

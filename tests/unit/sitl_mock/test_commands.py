@@ -161,9 +161,18 @@ def test_unknown_command_is_unsupported(pilot):
     assert pilot().command(31000) == [UNSUPPORTED]
 
 
+@pytest.mark.parametrize(("firmware", "version"), [("1.15", (1, 15, 4)), ("1.16", (1, 16, 2))])
+def test_version_of_a_later_release(pilot, firmware, version):
+    p = pilot(firmware=firmware)
+    p.command(512, 148)
+    number = p.messages("AUTOPILOT_VERSION")[0].flight_sw_version
+    assert (number >> 24, number >> 16 & 255, number >> 8 & 255, number & 255) == (*version, 255)
+
+
 @pytest.mark.parametrize("target", [(2, 1), (0, 0), (1, 100)])
 def test_command_for_somebody_else(pilot, target):
     assert pilot().command(400, 1, target=target) == [FAILED]
+    assert pilot(firmware="1.15").command(400, 1, target=target) == [FAILED]
     assert pilot(firmware="1.16").command(400, 1, target=target) == []
 
 
@@ -206,7 +215,7 @@ def test_heartbeat_of_a_companion_is_no_ground_station(pilot):
     assert p.texts() == []
 
 
-@pytest.mark.parametrize("firmware", ["1.13", "1.16"])
+@pytest.mark.parametrize("firmware", ["1.13", "1.15", "1.16"])
 def test_arming_in_land_mode_and_taking_off(pilot, firmware):
     p = pilot(firmware=firmware).hover()
     p.command(21)
@@ -254,3 +263,4 @@ def test_prearm_bit_drops_in_return_mode_on_the_ground(pilot):
 
 def test_116_acknowledges_a_mode_twice(pilot):
     assert pilot(firmware="1.16").command(176, 1, 4, 3) == [ACCEPTED, ACCEPTED]
+    assert pilot(firmware="1.15").command(176, 1, 4, 3) == [ACCEPTED]

@@ -35,6 +35,15 @@ def test_without_a_stream_116_acknowledges_and_refuses(pilot):
     assert "Switching to Offboard is currently not available" in p.texts()
 
 
+def test_without_a_stream_115_refuses_once_and_says_why(pilot):
+    p = pilot(firmware="1.15").hover().heartbeat()
+    assert p.offboard() == [TEMPORARILY_REJECTED]
+    assert p.mock.mode == "AUTO.LOITER"
+    assert "Switching to Offboard is currently not available" in p.texts()
+    p.rates()
+    assert p.offboard() == [ACCEPTED]
+
+
 def test_on_the_ground_116_accepts_and_refuses_to_arm(pilot):
     p = pilot(firmware="1.16").run(1.1)
     assert p.offboard() == [ACCEPTED, ACCEPTED]
@@ -73,10 +82,11 @@ def test_torque_for_others_does_not_count(pilot, target, group):
     assert p.offboard() == [TEMPORARILY_REJECTED]
 
 
-def test_116_ignores_torque(pilot):
-    p = pilot(firmware="1.16").hover()
+@pytest.mark.parametrize("firmware", ["1.15", "1.16"])
+def test_later_releases_ignore_torque(pilot, firmware):
+    p = pilot(firmware=firmware).hover()
     p.torque()
-    assert p.offboard() == [ACCEPTED, TEMPORARILY_REJECTED]
+    assert p.offboard()[-1] == TEMPORARILY_REJECTED
 
 
 @pytest.mark.parametrize("mask", [0xC7, 0x82, 0x81])
