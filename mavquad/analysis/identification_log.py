@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -269,7 +270,7 @@ def _spans(states: Sequence[tuple[float, bool]]) -> list[Span]:
     if not states:
         return [(-math.inf, math.inf)]
     spans: list[Span] = []
-    for (from_s, before), (to_s, after) in zip(states, states[1:], strict=False):
+    for (from_s, before), (to_s, after) in pairwise(states):
         if not (before and after and 0.0 < to_s - from_s <= STATE_GAP_S):
             continue
         if spans and spans[-1][1] == from_s:

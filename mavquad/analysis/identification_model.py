@@ -43,9 +43,7 @@ class LaggedCommand:
         """The lagged command's integral from the first command to each time, shape (m,), unit times s."""
         index, since_s = self._place(times_s)
         before_s = np.minimum(times_s - self._times_s[0], 0.0)
-        return np.asarray(
-            self._integrals[index] + self._piece_integrals(index, since_s) + self._values[0] * before_s
-        )
+        return np.asarray(self._integrals[index] + self._piece_integrals(index, since_s) + self._values[0] * before_s)
 
     def _place(self, times_s: Array) -> tuple[npt.NDArray[np.intp], Array]:
         index = np.maximum(np.searchsorted(self._times_s, times_s, side="right") - 1, 0)
@@ -69,5 +67,3 @@ def _states(values: Array, decays: Array) -> Array:
         state = value + (state - value) * decay
         states.append(state)
     return np.array(states)
-
-

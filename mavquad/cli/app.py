@@ -51,6 +51,11 @@ MissionOption = Annotated[str | None, typer.Option(help="box or hover.", show_de
 DurationOption = Annotated[
     float | None, typer.Option(help="Seconds under the law; 0: the mission's own length.", show_default=False)
 ]
+DepthOption = Annotated[
+    str | None,
+    typer.Option(help="What the law commands: torque, rate, attitude; auto: by the firmware.", show_default=False),
+]
+LawOption = Annotated[str | None, typer.Option(help="output-feedback or state-feedback.", show_default=False)]
 SeedOption = Annotated[int | None, typer.Option(help="Seed of the mock's noise and losses.", show_default=False)]
 SetOption = Annotated[
     list[str] | None, typer.Option("--set", help="Any key of the configuration: key.path=value.", show_default=False)
@@ -69,6 +74,8 @@ def fly(
     connect: ConnectOption = None,
     mission: MissionOption = None,
     duration: DurationOption = None,
+    depth: DepthOption = None,
+    law: LawOption = None,
     seed: SeedOption = None,
     wind: WindOption = None,
     set_: SetOption = None,
@@ -82,6 +89,8 @@ def fly(
         "--connect": ("link.url", connect),
         "--mission": ("mission.name", mission),
         "--duration": ("mission.duration_s", duration),
+        "--depth": ("law.depth", depth),
+        "--law": ("law.form", law and law.replace("-", "_")),
         "--seed": ("seed", seed),
         "--wind": ("mock.wind_ned_m_s", _vector(wind)),
     }
@@ -93,6 +102,8 @@ def sim(
     config: ConfigArgument = None,
     mission: MissionOption = None,
     duration: DurationOption = None,
+    depth: DepthOption = None,
+    law: LawOption = None,
     seed: SeedOption = None,
     wind: WindOption = None,
     latency_ms: LatencyOption = None,
@@ -108,6 +119,8 @@ def sim(
     options = {
         "--mission": ("mission.name", mission),
         "--duration": ("mission.duration_s", duration),
+        "--depth": ("law.depth", depth),
+        "--law": ("law.form", law and law.replace("-", "_")),
         "--seed": ("seed", seed),
         "--wind": ("mock.wind_ned_m_s", _vector(wind)),
         "--latency-ms": ("mock.link.latency_ms", latency_ms),
@@ -131,6 +144,23 @@ def replay(
     from mavquad.cli.replay import replay as command
 
     return command(log, output, json)
+
+
+@app.command(epilog="Exit codes: see mavquad --help.")
+def identify(
+    log: Annotated[Path, typer.Argument(help="RUN/flight.tlog, or any other tlog.", show_default=False)],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Draw the fits into this PNG.", show_default=False)
+    ] = None,
+    own: Annotated[
+        bool, typer.Option("--own", help="From the autopilot's own rate commands, even if there are others.")
+    ] = False,
+    json: JsonOption = False,
+) -> int:
+    """Identify delay, lag and gain of a vehicle's answer to commands from a flight's log."""
+    from mavquad.cli.identify import identify as command
+
+    return command(log, output, own, json)
 
 
 def _overrides(own: list[str] | None, options: Mapping[str, tuple[str, object]]) -> list[Override]:
