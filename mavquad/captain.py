@@ -79,7 +79,7 @@ class Captain:
         self._vehicle = Vehicle()
         self._hover = HoverThrust(params.airframe)
         self._takeoff = TakeoffWatch(self._hover, params.flight.settle_s, params.guards.floor_m)
-        self._law = LawFlight(params.law, params.airframe, params.mission, self._hover)
+        self._law = LawFlight(params.law, params.airframe, params.mission, params.streams, self._hover)
         self._pose = PoseIntake(params.guards)
         self.phase = Phase.CONNECTING
         self.error: MavquadError | None = None
@@ -145,8 +145,7 @@ class Captain:
         if self.phase not in (Phase.ENGAGING, Phase.FLYING, Phase.HANDING_BACK):
             return []  # the autopilot flies it, by itself
         hold = commands.set_mode(px4.LOITER)
-        safe = px4.torque_setpoint(self._now_us, self._law.safe_controls(), *self._target)
-        return [hold.message(self._target, 0), safe]
+        return [hold.message(self._target, 0), self._setpoint(self._law.safe_controls(self._pose.attitude))]
 
     def take_notes(self) -> list[Note]:
         """The story since the last call."""
@@ -172,6 +171,7 @@ class Captain:
             row=self._last_row if self._law_on else None,
             mission_s=mission_s,
             mission_duration_s=mission_duration_s,
+            depth="" if self._identification.version == UNKNOWN_VERSION else self._law.depth,
             position_hz=self._vehicle.streams["LOCAL_POSITION_NED"].rate_hz(self._now_us),
             hover_thrust_norm=self._hover.norm,
             setpoints_sent=self._setpoints_sent,
@@ -203,8 +203,8 @@ class Captain:
         elif repeated is not None and repeated is not Reply.TIMEOUT:
             self._send(repeated)
 
-    def _send_setpoint(self, controls: Vec4) -> None:
-        self._send(px4.torque_setpoint(self._now_us, controls, *self._target))
+    def _setpoint(self, controls: Vec4) -> Message:
+        return px4.setpoint(self._now_us, self._law.depth, controls, *self._target)
 
     # ------------------------------------------------------------------ the machine
 
@@ -266,10 +266,13 @@ class Captain:
     def _check_identity(self) -> None:
         if self.phase is not Phase.IDENTIFYING or not self._identification.done:
             return
-        if not px4.takes_torque(self._identification.version):
-            version = ".".join(map(str, self._identification.version))
-            self._fire(Event.REFUSED, reasons.no_torque(f"PX4 {version} ignores torque setpoints silently"))
+        version, asked = self._identification.version, self._params.law.depth
+        self._law.depth = px4.default_depth(version) if asked == "auto" else asked
+        if not px4.takes(version, self._law.depth):
+            words = ".".join(map(str, version))
+            self._fire(Event.REFUSED, reasons.no_torque(f"PX4 {words} ignores torque setpoints silently"))
             return
+        self._note("law", f"depth {self._law.depth}, measurements {self._params.law.measured()}")
         self._takeoff.altitude_m = self._identification.parameters.get("MIS_TAKEOFF_ALT", 0.0)
         self._fire(Event.IDENTIFIED)
 
@@ -430,6 +433,8 @@ class Captain:
             self._trip(attitude)
         elif isinstance(attitude, Attitude):
             self._law.take_attitude(attitude)
+            if self._law_on and self._law.steps_on_attitude:
+                self._step_law()
 
     def _on_position(self, message: Message) -> None:
         self._vehicle.streams["LOCAL_POSITION_NED"].on_message(self._now_us)
@@ -448,8 +453,9 @@ class Captain:
                 self._fire(Event.AIRBORNE)
         elif self.phase is Phase.FLYING and self._law.mission_over(position.stamp_us):
             self._fire(Event.MISSION_OVER)
-        if self._law_on:
-            self._step_law(position)
+        self._law.take_position(position)
+        if self._law_on and not self._law.steps_on_attitude:
+            self._step_law()
 
     def _not_ready(self) -> str:
         """Why the vehicle cannot be armed yet; empty when it can."""
@@ -464,16 +470,17 @@ class Captain:
             return "no pose"
         return "; ".join(shortfalls(self._params.streams, self._vehicle.streams, self._now_us))
 
-    def _step_law(self, position: Position) -> None:
-        attitude = self._pose.attitude
+    def _step_law(self) -> None:
+        attitude, position = self._pose.attitude, self._pose.position
         assert attitude is not None
+        assert position is not None
         if self._law.in_control:
             tripped = check(self._params.guards, attitude, position, self._law.origin_nwu_m, self._ground_m)
             if tripped is not None:
                 self._trip(tripped)
                 return
         row = self._law.step(position, attitude, self._now_us, self.phase.value)
-        self._send_setpoint(row.controls)
+        self._send(self._setpoint(row.controls))
         self._setpoints_sent += 1
         self._last_row = row
         self._trace.append(row)
@@ -492,7 +499,7 @@ class Captain:
         if self.phase is Phase.HANDING_BACK:
             self._blame(error)
         self._fire(Event.GUARD, error)
-        self._send_setpoint(self._law.safe_controls())
+        self._send(self._setpoint(self._law.safe_controls(self._pose.attitude)))
         self._safe_setpoints += 1
 
     _HANDLERS: ClassVar[dict[int, Callable[[Captain, Message], None]]] = {

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mavquad.types import Vec4
+from mavquad.types import Depth, Vec3, Vec4
+
+_DEPTHS: dict[int, Depth] = {4: "torque", 3: "rate", 2: "attitude"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,12 +20,16 @@ class TraceRow:
         phase: name of the flight phase.
         measured: outputs as the law took them: z_m, yaw_rad (continuous), x_m, y_m.
         reference: the same of the reference.
-        zeta_hat: per channel the observer's estimate of the output (m or rad) and its first three derivatives.
-        sigma: observer's estimate of the total disturbance, unit of the highest derivative + 1.
+        zeta_hat: per channel the observer's estimate of the output (m or rad) and its derivatives, as many as its chain
+            has: r of z, x and y (4 at depth torque, 3 at rate, 2 at attitude), yaw as many as its own.
+        sigma: observer's estimate of the disturbance beside the input, unit of the chain's highest derivative.
+        wind: acceleration of x, y, z that is not the thrust's, as far as it is told apart from sigma, m/s^2.
         demanded: highest derivative that the law demands of each output: after its limits of speed, acceleration and tilt,
             before the saturation of the inputs.
-        input: the command U: v1 m/s^4, v2 rad/s^4, roll and pitch acceleration rad/s^2.
-        controls: what went on the wire: roll, pitch, yaw, thrust (FRD, normalised).
+        input: the command U, for thrust, yaw, roll and pitch: derivatives r - 2 of thrust per mass (m/s^2 and on) and of
+            roll and pitch (rad and on); the yaw chain's input.
+        controls: what went on the wire (FRD), thrust (0..1) the last: roll, pitch, yaw torque in -1..1, or body rates in
+            rad/s, or roll, pitch and yaw in rad.
         limits: names of the limits that were active.
     """
 
@@ -32,12 +38,18 @@ class TraceRow:
     phase: str
     measured: Vec4
     reference: Vec4
-    zeta_hat: tuple[Vec4, ...]
+    zeta_hat: tuple[tuple[float, ...], ...]
     sigma: Vec4
+    wind: Vec3
     demanded: Vec4
     input: Vec4
     controls: Vec4
     limits: tuple[str, ...]
+
+    @property
+    def depth(self) -> Depth:
+        """Told by the length of the chains."""
+        return _DEPTHS[len(self.zeta_hat[0])]
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +74,7 @@ class Status:
         height_m: above the arming point.
         row: of the last step, while the law is on.
         mission_s: since the mission began, of mission_duration_s.
+        depth: what the law commands; "" until that is known.
         position_hz: rate of the positions in the last second.
         hover_thrust_norm: the hover thrust in use.
         setpoints_sent: setpoints of the law.
@@ -78,6 +91,7 @@ class Status:
     row: TraceRow | None
     mission_s: float
     mission_duration_s: float
+    depth: str
     position_hz: float
     hover_thrust_norm: float
     setpoints_sent: int

@@ -25,7 +25,9 @@ __all__ = ["flight_figure", "survey_figure"]
 
 Z, YAW, X, Y = range(4)
 _PANEL_HEIGHTS = (1.15, 1.4, 1.0, 1.2, 1.0, 1.0, 0.55)
+_POWERS = {1: "", 2: "²", 3: "³", 4: "⁴"}
 _NAMED_PHASE = 0.05  # part of the time axis that a phase must fill to carry its name
+_CONTROL_LABELS = {"torque": "torque (norm.)", "rate": "body rates\n(rad/s)", "attitude": "attitude (rad)"}
 _LEFT_COLUMN = (0.045, 0.06, 0.335, 0.835)  # left, bottom, width, height of the page
 
 
@@ -132,7 +134,7 @@ def _draw_panels(panels: Sequence[Axes], times_s: Sequence[float], rows: Sequenc
     for number, name in enumerate(("roll", "pitch", "yaw")):
         colour = canvas.CHANNEL_COLOURS[("y", "x", "yaw")[number]]
         torque.plot(times_s, [row.controls[number] for row in rows], color=colour, linewidth=0.7, label=name)
-    canvas.label(torque, "torque (norm.)")
+    canvas.label(torque, _CONTROL_LABELS[rows[0].depth])
     thrust.plot(times_s, [row.controls[3] for row in rows], color=canvas.CHANNEL_COLOURS["z"], linewidth=1.0)
     canvas.label(thrust, "thrust (norm.)")
     for panel in panels[1:-1]:
@@ -155,7 +157,8 @@ def _draw_altitude(axes: Axes, times_s: Sequence[float], rows: Sequence[TraceRow
 def _draw_disturbance(axes: Axes, times_s: Sequence[float], rows: Sequence[TraceRow]) -> None:
     for channel in (X, Y, Z, YAW):
         _line(axes, times_s, [row.sigma[channel] for row in rows], CHANNELS[channel])
-    canvas.label(axes, "σ (m/s⁴;\nyaw rad/s⁴)")
+    place, yaw = (_POWERS[len(rows[0].zeta_hat[channel])] for channel in (Z, YAW))
+    canvas.label(axes, f"σ (m/s{place};\nyaw rad/s{yaw})")
 
 
 def _draw_limits(axes: Axes, times_s: Sequence[float], rows: Sequence[TraceRow]) -> None:

@@ -16,14 +16,14 @@ from typing import Any, TypeVar
 
 from mavquad.analysis.metrics import root_mean_square
 from mavquad.analysis.poses import HeadingSample, PoseSample, PoseSegment, PoseStream, pose_stream
-from mavquad.control.observer import Estimate, ObserverGains, update
+from mavquad.control.observer import Chain, ChainSpec, rows
 from mavquad.frames import unwrap_near
 from mavquad.tlog import TlogContents
 from mavquad.types import CHANNELS, Vec3, Vec4
 
 T = TypeVar("T")
 
-_MODULI = (1.0, 1.0, 1.0)
+_LENGTH = 2
 _LARGEST_KAPPA_RAD_S = 10.0
 _KAPPA_TIMES_SPACING = 2.0
 _SETTLING_KAPPA = 8.0
@@ -130,22 +130,28 @@ def adapted_kappa_rad_s(spacing_s: float | None) -> float | None:
     return None if spacing_s is None else min(_LARGEST_KAPPA_RAD_S, _KAPPA_TIMES_SPACING / spacing_s)
 
 
-def observe(kappa_rad_s: float, channel: int, stamps_us: Sequence[int], outputs: Sequence[float]) -> list[Estimate]:
+def observe(
+    kappa_rad_s: float, channel: int, stamps_us: Sequence[int], outputs: Sequence[float]
+) -> list[tuple[float, ...]]:
     """Estimates of one output (m or rad) at each of its stamps: output, rate, acceleration; it starts at rest."""
     if not stamps_us:
         return []
-    gains = ObserverGains(kappa_rad_s, _MODULI, lag_s=0.0)
+    spec = ChainSpec(_LENGTH, rows(_LENGTH, {0: kappa_rad_s}, spread=1.0))
     commands = ((stamps_us[0], _NO_INPUT),)
-    estimates = [Estimate(stamps_us[0], (outputs[0], 0.0, 0.0), 0.0)]
+    chain = Chain(spec, (outputs[0], 0.0, 0.0), stamps_us[0])
+    now_us, estimates = stamps_us[0], [tuple(chain.values)]
     for stamp_us, output in zip(stamps_us[1:], outputs[1:], strict=True):
-        updated = update(gains, estimates[-1], channel, commands, stamp_us, output)
-        estimates.append(updated or estimates[-1])
+        if not chain.measured_before(0, stamp_us):
+            chain.predict(chain.span(commands, now_us, stamp_us), channel)
+            chain.correct(0, output - chain.predicted(0), stamp_us)
+            now_us = stamp_us
+        estimates.append(tuple(chain.values))
     return estimates
 
 
 def _track(segment: PoseSegment, kappa: float | None, yaw_kappa: float | None) -> ShadowTrack:
     by_axis = [_observe_axis(segment.poses, axis, kappa) for axis in range(3)]
-    x, y, z = ([estimate.values for estimate in estimates] for estimates in by_axis)
+    x, y, z = by_axis
     yaw_rad = _continuous([sample.yaw_rad for sample in segment.headings])
     stamps_us = [sample.stamp_us for sample in segment.headings]
     yaw = observe(yaw_kappa, CHANNELS.index("yaw"), stamps_us, yaw_rad) if yaw_kappa else []
@@ -157,12 +163,12 @@ def _track(segment: PoseSegment, kappa: float | None, yaw_kappa: float | None) -
         acceleration_nwu_m_s2=tuple((a[2], b[2], c[2]) for a, b, c in zip(x, y, z, strict=True)),
         heading_times_s=tuple(map(segment.log_time_s, stamps_us)),
         yaw_rad=tuple(yaw_rad),
-        yaw_rate_rad_s=tuple(estimate.values[1] for estimate in yaw),
+        yaw_rate_rad_s=tuple(estimate[1] for estimate in yaw),
         logged_yaw_rate_rad_s=tuple(sample.yaw_rate_rad_s for sample in segment.headings),
     )
 
 
-def _observe_axis(poses: Sequence[PoseSample], axis: int, kappa: float | None) -> list[Estimate]:
+def _observe_axis(poses: Sequence[PoseSample], axis: int, kappa: float | None) -> list[tuple[float, ...]]:
     if kappa is None:
         return []
     channel = CHANNELS.index("xyz"[axis])

@@ -1,6 +1,8 @@
 """`trace.csv`: one row a step of the law, one column a number, with the unit in every name.
 
-Numbers are written so that they read back to the last bit. 4-vectors are in the order z, yaw, x, y (NWU).
+Numbers are written so that they read back to the last bit. 4-vectors are in the order z, yaw, x, y (NWU). How many
+derivatives the observer estimates, and with them the units of the law's demand and inputs, are the depth's: the first line
+says them.
 """
 
 from __future__ import annotations
@@ -12,50 +14,72 @@ from typing import TextIO
 
 from mavquad.errors import LogError
 from mavquad.flight_record import TraceRow
-from mavquad.types import CHANNELS, Vec4
+from mavquad.types import CHANNELS, Vec3, Vec4
 
 _UNIT = {"z": "m", "yaw": "rad", "x": "m", "y": "m"}
-_ESTIMATED_DERIVATIVES = 4
-_INPUTS = ("input_v1_m_s4", "input_v2_rad_s4", "input_roll_rad_s2", "input_pitch_rad_s2")
-_CONTROLS = ("control_roll_norm", "control_pitch_norm", "control_yaw_norm", "control_thrust_norm")
+_LENGTHS_MAX = 4
+_INPUTS = ("thrust", "yaw", "roll", "pitch")
+_CONTROLS = {
+    4: ("roll_norm", "pitch_norm", "yaw_norm", "thrust_norm"),
+    3: ("roll_rate_rad_s", "pitch_rate_rad_s", "yaw_rate_rad_s", "thrust_norm"),
+    2: ("roll_rad", "pitch_rad", "yaw_rad", "thrust_norm"),
+}
 _LIMITS_JOINT = "+"
+Lengths = tuple[int, int]
+"""How many derivatives are estimated of z, x and y, and of yaw."""
 
 
-def _unit(channel: str, derivative: int) -> str:
-    """Unit of a derivative of an output as names carry it: m, m_s, m_s2 ..."""
-    return _UNIT[channel] + ("" if derivative == 0 else "_s" if derivative == 1 else f"_s{derivative}")
+def _power(unit: str, derivative: int) -> str:
+    """Unit of a derivative as names carry it: m, m_s, m_s2 ..."""
+    return unit + ("" if derivative == 0 else "_s" if derivative == 1 else f"_s{derivative}")
 
 
-def _columns(quantity: str, derivative: int) -> list[str]:
-    return [f"{quantity}_{channel}_{_unit(channel, derivative)}" for channel in CHANNELS]
+def _columns(quantity: str, place: int, yaw: int) -> list[str]:
+    """One column a channel; derivatives of this order of z, x and y, and of yaw."""
+    return [f"{quantity}_{c}_{_power(_UNIT[c], yaw if c == 'yaw' else place)}" for c in CHANNELS]
 
 
-_NUMBERS = (
-    *_columns("measured", 0),
-    *_columns("reference", 0),
-    *(f"zeta_hat_{channel}_{_unit(channel, i)}" for channel in CHANNELS for i in range(_ESTIMATED_DERIVATIVES)),
-    *_columns("sigma", 4),
-    *_columns("demanded", 4),
-    *_INPUTS,
-    *_CONTROLS,
-)
-HEADER = ("stamp_us", "vehicle_stamp_us", "phase", *_NUMBERS, "limits")
-"""Names of the columns, in order."""
+def header(lengths: Lengths) -> tuple[str, ...]:
+    """Names of the columns, in order."""
+    place, yaw = lengths
+    estimated = {c: yaw if c == "yaw" else place for c in CHANNELS}
+    inputs = (_power("m", place), _power("rad", yaw))
+    turn = _power("rad", place - 2)
+    return (
+        "stamp_us",
+        "vehicle_stamp_us",
+        "phase",
+        *_columns("measured", 0, 0),
+        *_columns("reference", 0, 0),
+        *(f"zeta_hat_{c}_{_power(_UNIT[c], i)}" for c in CHANNELS for i in range(estimated[c])),
+        *_columns("sigma", place, yaw),
+        *(f"wind_{axis}_m_s2" for axis in "xyz"),
+        *_columns("demanded", place, yaw),
+        *(f"input_{name}_{unit}" for name, unit in zip(_INPUTS, (*inputs, turn, turn), strict=True)),
+        *(f"control_{name}" for name in _CONTROLS[place]),
+        "limits",
+    )
+
+
+_HEADERS = {header((place, yaw)): (place, yaw) for place in _CONTROLS for yaw in range(1, _LENGTHS_MAX + 1)}
 
 
 class TraceWriter:
-    """Writes the header at once and then rows as they come; open the stream with newline=""."""
+    """Writes rows as they come, the header before the first; open the stream with newline=""."""
 
     def __init__(self, stream: TextIO) -> None:
         self._writer = csv.writer(stream, lineterminator="\n")
-        self._writer.writerow(HEADER)
+        self._begun = False
 
-    def write(self, rows: Iterable[TraceRow]) -> None:
+    def write(self, rows: Sequence[TraceRow]) -> None:
         """Append rows."""
+        if rows and not self._begun:
+            self._begun = True
+            self._writer.writerow(header((len(rows[0].zeta_hat[0]), len(rows[0].zeta_hat[1]))))
         self._writer.writerows(_cells(row) for row in rows)
 
 
-def write_trace(stream: TextIO, rows: Iterable[TraceRow]) -> None:
+def write_trace(stream: TextIO, rows: Sequence[TraceRow]) -> None:
     """Write the header and the rows; open the stream with newline=""."""
     TraceWriter(stream).write(rows)
 
@@ -74,41 +98,62 @@ def read_trace(path: Path | str) -> list[TraceRow]:
 
 
 def _rows(lines: Iterator[list[str]], path: str) -> Iterator[TraceRow]:
-    if tuple(next(lines, ())) != HEADER:
+    first = tuple(next(lines, ()))
+    if not first:
+        return  # the law was never in control
+    lengths = _HEADERS.get(first)
+    if lengths is None:
         raise LogError(path, "is not a trace of this version of mavquad: its first line differs")
     for number, cells in enumerate(lines, start=2):
         try:
-            yield _row(cells)
+            yield _row(cells, lengths, len(first))
         except ValueError as error:
             raise LogError(path, f"line {number}: {error}") from error
 
 
 def _cells(row: TraceRow) -> list[str | int]:
-    vectors = (row.measured, row.reference, *row.zeta_hat, row.sigma, row.demanded, row.input, row.controls)
+    vectors: Iterable[tuple[float, ...]] = (
+        row.measured,
+        row.reference,
+        *row.zeta_hat,
+        row.sigma,
+        row.wind,
+        row.demanded,
+        row.input,
+        row.controls,
+    )
     numbers = [repr(float(number)) for vector in vectors for number in vector]
     return [row.stamp_us, row.vehicle_stamp_us, row.phase, *numbers, _LIMITS_JOINT.join(row.limits)]
 
 
-def _row(cells: Sequence[str]) -> TraceRow:
-    if len(cells) != len(HEADER):
-        raise ValueError(f"{len(cells)} cells instead of {len(HEADER)}")
-    numbers = [float(cell) for cell in cells[3:-1]]
-    vectors = [_vec4(numbers[i : i + 4]) for i in range(0, len(numbers), 4)]
+def _row(cells: Sequence[str], lengths: Lengths, width: int) -> TraceRow:
+    if len(cells) != width:
+        raise ValueError(f"{len(cells)} cells instead of {width}")
+    numbers = iter([float(cell) for cell in cells[3:-1]])
+    place, yaw = lengths
     return TraceRow(
         stamp_us=int(cells[0]),
         vehicle_stamp_us=int(cells[1]),
         phase=cells[2],
-        measured=vectors[0],
-        reference=vectors[1],
-        zeta_hat=tuple(vectors[2:6]),
-        sigma=vectors[6],
-        demanded=vectors[7],
-        input=vectors[8],
-        controls=vectors[9],
+        measured=_vec4(numbers),
+        reference=_vec4(numbers),
+        zeta_hat=tuple(_take(numbers, length) for length in (place, yaw, place, place)),
+        sigma=_vec4(numbers),
+        wind=_vec3(numbers),
+        demanded=_vec4(numbers),
+        input=_vec4(numbers),
+        controls=_vec4(numbers),
         limits=tuple(cells[-1].split(_LIMITS_JOINT)) if cells[-1] else (),
     )
 
 
-def _vec4(numbers: Sequence[float]) -> Vec4:
-    first, second, third, fourth = numbers
-    return (first, second, third, fourth)
+def _take(numbers: Iterator[float], count: int) -> tuple[float, ...]:
+    return tuple(next(numbers) for _ in range(count))
+
+
+def _vec3(numbers: Iterator[float]) -> Vec3:
+    return (next(numbers), next(numbers), next(numbers))
+
+
+def _vec4(numbers: Iterator[float]) -> Vec4:
+    return (next(numbers), next(numbers), next(numbers), next(numbers))

@@ -107,6 +107,7 @@ def _figures(status: Status) -> list[tuple[str, str]]:
         ("height", _number(status.height_m, 1.0, "m", 2)),
         ("position error", _number(status.position_error_m, 100.0, "cm", 1)),
         ("yaw error", _number(status.yaw_error_rad, 180.0 / math.pi, "deg", 1)),
+        ("depth", status.depth or "-"),
         ("thrust", thrust),
         ("pose", f"{status.position_hz:.0f} Hz"),
         ("setpoints", str(status.setpoints_sent)),

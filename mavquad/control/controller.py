@@ -55,8 +55,12 @@ class Trace:
     zeta_hat: tuple[tuple[float, ...], ...]
     """The estimate at the latest measurement: (zeta_1 .. zeta_r) of each channel."""
     sigma: Vec4
-    error: Vec4
-    """Reference minus measured, m and rad."""
+    wind: Vec3
+    """The acceleration of x, y, z that is not the thrust's, as far as it is told apart, m/s^2."""
+    measured: Vec4
+    """The latest outputs; yaw continuous, beside the reference."""
+    reference: Vec4
+    """At the moment of each."""
     demanded: Vec4
     """w: the highest derivatives asked for."""
     inputs: Vec4
@@ -132,11 +136,12 @@ class Controller:
         point = reference(stamp_us)
         chains = estimator.ahead(arrive_us)
         references = self._references(point, arrive_us - stamp_us, chains)
+        winds = estimator.wind()
         asked = demand(
             (tune.vertical.gammas, tune.yaw.gammas, tune.horizontal.gammas, tune.horizontal.gammas),
             references,
             chains,
-            estimator.wind(),
+            winds,
             self._limits,
         )
         dt_s = max(0.0, min((arrive_us - self._arrive_us) * 1e-6, HOLD_MAX_S))
@@ -148,7 +153,7 @@ class Controller:
         w, inputs, active = self._realised(gain, asked.w)
         self.command_given = self._on_the_wire(gain, inputs, dt_s)
         estimator.sent(arrive_us, w, self._thrust.value)
-        self.trace = self._traced(stamp_us, point, asked.w, inputs, asked.active + active)
+        self.trace = self._traced(stamp_us, point, winds, asked.w, inputs, asked.active + active)
         return self.command_given
 
     # ------------------------------------------------------------------ from the demand to the inputs
@@ -263,7 +268,13 @@ class Controller:
         return TorqueCommand((0.0, 0.0, 0.0), thrust_m_s2)
 
     def _traced(
-        self, stamp_us: int, point: ReferencePoint, demanded: Vec4, inputs: Vec4, active: tuple[str, ...]
+        self,
+        stamp_us: int,
+        point: ReferencePoint,
+        winds: Vec3,
+        demanded: Vec4,
+        inputs: Vec4,
+        active: tuple[str, ...],
     ) -> Trace:
         estimator = self._estimator
         px, py, pz = estimator.position.position_nwu_m
@@ -271,12 +282,14 @@ class Controller:
         age_s = (stamp_us - estimator.position.stamp_us) * 1e-6
         rx, ry, rz = (c[0] - age_s * (c[1] - 0.5 * age_s * c[2]) for c in (point.x_m, point.y_m, point.z_m))
         z, yaw, x, y = (chain.values for chain in estimator.chains)
-        yaw_error = unwrap_near(point.yaw_rad[0] - estimator.attitude.yaw_rad, 0.0)
+        yaw_ref = point.yaw_rad[0]
         return Trace(
             stamp_us=stamp_us,
             zeta_hat=(tuple(z[:-1]), tuple(yaw[:-1]), tuple(x[:-1]), tuple(y[:-1])),
             sigma=(z[-1], yaw[-1], x[-1], y[-1]),
-            error=(rz - pz, yaw_error, rx - px, ry - py),
+            wind=(winds[1], winds[2], winds[0]),
+            measured=(pz, unwrap_near(estimator.attitude.yaw_rad, yaw_ref), px, py),
+            reference=(rz, yaw_ref, rx, ry),
             demanded=demanded,
             inputs=inputs,
             limits_active=active,

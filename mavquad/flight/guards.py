@@ -16,7 +16,7 @@ class GuardParams(Section):
 
     stale_pose_s: float = Field(default=0.2, ge=0.02, le=1.0)
     """A position or attitude older than this. Busy computers stall for 0.1 s and more; meanwhile the last torque acts."""
-    tilt_deg: float = Field(default=45.0, gt=5.0, le=85.0)
+    tilt_deg: float = Field(default=65.0, gt=5.0, le=85.0)
     """Angle between the vehicle's vertical axis and the true vertical."""
     radius_m: float = Field(default=20.0, gt=0.5)
     """Horizontal distance from the point of the hand-over."""

@@ -1,54 +1,78 @@
-"""The law in flight: from a fresh pose to the controls on the wire, and the row that it leaves behind."""
+"""The law in flight: from fresh measurements to the controls on the wire, and the row that each step leaves behind."""
 
 from __future__ import annotations
 
 import math
 
-from mavquad.control.controller import ControllerState, StepResult, begin, observe_attitude, step
+from mavquad.control.controller import Controller, Trace
 from mavquad.control.model import GRAVITY_M_S2
 from mavquad.control.params import LawParams
 from mavquad.control.reference import Pose, hold
+from mavquad.control.tuning import ACCELERATION, tuning
 from mavquad.flight.airframe import AirframeParams, HoverThrust
 from mavquad.flight.guards import tilt_rad
 from mavquad.flight.mission import Mission, MissionParams
 from mavquad.flight_record import TraceRow
 from mavquad.protocol.firmware import px4
-from mavquad.types import Attitude, Position, ReferencePoint, TorqueCommand, Vec3, Vec4
+from mavquad.protocol.streams import StreamParams
+from mavquad.types import Attitude, Depth, LawCommand, Position, ReferencePoint, Vec3, Vec4
 
 LEAST_THRUST_MARGIN = 1.05
 """A vehicle that hovers at nearly full thrust still gets this much to work with, as a share of its hover."""
+TORQUE_ROOM = 0.9
+"""Share of full thrust that the law may ask for: the rest turns the vehicle."""
 
 
 class LawFlight:
-    """Holds the law's state between poses.
+    """Holds the law's state between measurements.
 
-    Until the vehicle takes our setpoints the law starts afresh at every pose: what goes out is its answer to the present
+    Until the vehicle takes our setpoints the law starts afresh at every step: what goes out is its answer to the present
     pose, and no integrator winds up on commands that do not act.
 
     Attributes:
         in_control: whether the vehicle is believed to fly what we send.
+        depth: what the law commands.
     """
 
-    def __init__(self, law: LawParams, airframe: AirframeParams, mission: MissionParams, hover: HoverThrust) -> None:
-        self._configured_law = law
+    def __init__(
+        self,
+        law: LawParams,
+        airframe: AirframeParams,
+        mission: MissionParams,
+        streams: StreamParams,
+        hover: HoverThrust,
+    ) -> None:
         self._law = law
         self._airframe = airframe
         self._mission_params = mission
+        self._streams = streams
         self._hover = hover
-        self._state: ControllerState | None = None
+        self._controller: Controller | None = None
         self._origin: Pose | None = None
         self._mission: Mission | None = None
         self.in_control = False
+        self.depth: Depth = law.depths[0]
 
     @property
     def origin_nwu_m(self) -> Vec3:
         """Where the law took over."""
         return self._origin.position_nwu_m if self._origin else (0.0, 0.0, 0.0)
 
+    @property
+    def steps_on_attitude(self) -> bool:
+        """Whether each ATTITUDE is answered by a command, and not each position: where it is measured, and not slower."""
+        measured = tuning(self._law, self.depth).horizontal.row(ACCELERATION) > 0
+        return measured and self._streams.attitude_hz >= self._streams.position_hz
+
     def take_attitude(self, attitude: Attitude) -> None:
-        """An attitude between two positions corrects the yaw channel."""
-        if self._state is not None and self.in_control:
-            self._state = observe_attitude(self._law, self._state, attitude)
+        """An attitude corrects what it measures."""
+        if self._controller is not None and self.in_control:
+            self._controller.observe_attitude(attitude)
+
+    def take_position(self, position: Position) -> None:
+        """A position likewise."""
+        if self._controller is not None and self.in_control:
+            self._controller.observe_position(position)
 
     def start_mission(self, stamp_us: int) -> None:
         """Let the mission begin where the law took over, at this moment of the vehicle's clock."""
@@ -64,64 +88,63 @@ class LawFlight:
         return (self._mission.elapsed_s(stamp_us), self._mission.duration_s) if self._mission else (0.0, 0.0)
 
     def step(self, position: Position, attitude: Attitude, now_us: int, phase: str) -> TraceRow:
-        """One step on a fresh position. The row's `controls` are what must be sent now."""
-        if self._state is None or not self.in_control:
+        """One step on what was measured so far. The row's `controls` are what must be sent now."""
+        if self._controller is None or not self.in_control:
             self._begin(position, attitude)
-        assert self._state is not None and self._origin is not None
-        reference = self._mission.reference(position.stamp_us) if self._mission else hold(self._origin)
-        result = step(self._law, self._state, position, attitude, reference)
-        self._state = result.state
-        return self._row(result, now_us, phase, reference)
+        assert self._controller is not None
+        command = self._controller.command(self._reference)
+        assert self._controller.trace is not None
+        return self._row(command, self._controller.trace, now_us, phase)
+
+    def _reference(self, stamp_us: int) -> ReferencePoint:
+        assert self._origin is not None
+        return self._mission.reference(stamp_us) if self._mission else hold(self._origin)
 
     def _begin(self, position: Position, attitude: Attitude) -> None:
         # The thrust that holds this hover: T cos(tilt) = g.
         trim_m_s2 = GRAVITY_M_S2 / math.cos(tilt_rad(attitude))
-        self._law = within_controls(self._configured_law, self._airframe, self._hover.norm * trim_m_s2 / GRAVITY_M_S2)
-        self._state = begin(self._law, position, attitude, trim_m_s2)
+        law = within_controls(self._law, self._airframe, self._hover.norm)
+        self._controller = Controller(law, self.depth, position, attitude, trim_m_s2)
         self._origin = Pose(position.position_nwu_m, attitude.yaw_rad)
 
-    def controls(self, command: TorqueCommand) -> Vec4:
+    def controls(self, command: LawCommand) -> Vec4:
         """A command of the law in the wire's units."""
-        return px4.torque_controls(command, self._airframe.torque_scale_frd_rad_s2, self._hover.norm, GRAVITY_M_S2)
+        return px4.controls(command, self._airframe.torque_scale_frd_rad_s2, self._hover.norm, GRAVITY_M_S2)
 
-    def safe_controls(self) -> Vec4:
+    def safe_controls(self, attitude: Attitude | None) -> Vec4:
         """No rotation, hover thrust: what is held while a hand-back takes effect."""
-        return (0.0, 0.0, 0.0, self._hover.norm)
+        yaw_ned_rad = -attitude.yaw_rad if attitude else 0.0
+        return px4.safe_controls(self.depth, self._hover.norm, yaw_ned_rad)
 
-    def _row(self, result: StepResult, now_us: int, phase: str, reference: ReferencePoint) -> TraceRow:
-        trace = result.trace
-        z, yaw, x, y = (channel[0] for channel in reference.channels())
-        e_z, e_yaw, e_x, e_y = trace.error
+    def _row(self, command: LawCommand, trace: Trace, now_us: int, phase: str) -> TraceRow:
         return TraceRow(
             stamp_us=now_us,
             vehicle_stamp_us=trace.stamp_us,
             phase=phase,
-            measured=(z - e_z, yaw - e_yaw, x - e_x, y - e_y),
-            reference=(z, yaw, x, y),
-            zeta_hat=tuple((c[0], c[1], c[2], c[3]) for c in trace.zeta_hat),
+            measured=trace.measured,
+            reference=trace.reference,
+            zeta_hat=trace.zeta_hat,
             sigma=trace.sigma,
+            wind=trace.wind,
             demanded=trace.demanded,
             input=trace.inputs,
-            controls=self.controls(result.command),
+            controls=self.controls(command),
             limits=trace.limits_active,
         )
 
 
-def within_controls(law: LawParams, airframe: AirframeParams, trim_thrust_norm: float) -> LawParams:
+def within_controls(law: LawParams, airframe: AirframeParams, hover_thrust_norm: float) -> LawParams:
     """The law with its limits no wider than what the wire's controls can say (thrust 1, torque 1).
 
     A command cut behind the law's back would be one that its observer and its integrators never hear of.
     """
     roll, pitch, yaw = airframe.torque_scale_frd_rad_s2
     saturation, limits = law.saturation, law.limits
-    full_share = max(1.0 / trim_thrust_norm, LEAST_THRUST_MARGIN)
+    full_share = max(TORQUE_ROOM / hover_thrust_norm, LEAST_THRUST_MARGIN)
     return law.model_copy(
         update={
             "saturation": saturation.model_copy(
-                update={
-                    "roll_rad_s2": min(saturation.roll_rad_s2, roll),
-                    "pitch_rad_s2": min(saturation.pitch_rad_s2, pitch),
-                }
+                update={"roll_pitch_rad_s2": min(saturation.roll_pitch_rad_s2, roll, pitch)}
             ),
             "limits": limits.model_copy(
                 update={

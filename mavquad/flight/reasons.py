@@ -36,15 +36,16 @@ def _quoted(said: str) -> str:
 
 def no_torque(what: str) -> VehicleRefused:
     """The autopilot takes no torque over MAVLink; `what` it is, in words."""
-    hint = "only PX4 up to 1.13 takes torque over MAVLink (SET_ACTUATOR_CONTROL_TARGET)"
-    return VehicleRefused("flight at torque depth", what, hint=hint)
+    hint = "only PX4 up to 1.13 takes torque over MAVLink (SET_ACTUATOR_CONTROL_TARGET); --depth rate flies the others"
+    return VehicleRefused("flight at depth torque", what, hint=hint)
 
 
 def not_px4(autopilot: int) -> VehicleRefused:
     """The autopilot is another one (MAV_AUTOPILOT)."""
     entry = mavlink.enums["MAV_AUTOPILOT"].get(autopilot)
     name = entry.name.removeprefix("MAV_AUTOPILOT_") if entry else f"number {autopilot}"
-    return no_torque(f"the autopilot is {name}")
+    hint = "mavquad flies PX4: torque up to 1.13, body rates or attitude from there on"
+    return VehicleRefused("flight of a PX4", f"the autopilot is {name}", hint=hint)
 
 
 def armed_already(mode_name: str) -> VehicleRefused:
