@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +11,7 @@ from rotorpy.controllers.quadrotor_control import SE3Control
 from rotorpy.vehicles.px4_sihsim_quadx_params import quad_params
 from scipy.spatial.transform import Rotation
 
-from mavquad.control.controller import ControllerState, begin, step
+from mavquad.control.controller import Controller
 from mavquad.control.params import LawParams
 from mavquad.schema import parse_section
 from mavquad.types import (
@@ -80,24 +79,26 @@ def control_of(command: LawCommand) -> Control:
 
 
 class LawPilot:
-    """The law; all its measurements come at the rate of its commands."""
+    """The law; all its measurements come at the rate of its commands. It takes over in the first of them."""
 
     def __init__(self, params: LawParams, depth: Depth, period_us: int, reference: Reference) -> None:
         self.abstraction = ABSTRACTIONS[depth]
         self.period_us = period_us
         self._params = params
+        self._depth = depth
         self._reference = reference
-        self._state: ControllerState | None = None
+        self._controller: Controller | None = None
 
-    # ---- SWITCH HERE to the controller of three depths: this method is all that knows how the law is called. ----
     def command(self, stamp_us: int, state: State) -> Control:
         """From the state of this moment."""
         position, attitude = measured(stamp_us, state)
-        if self._state is None:
-            self._state = begin(self._params, position, attitude, TOLD_HOVER_N / TOLD_MASS_KG)
-        result = step(self._params, self._state, position, attitude, self._reference(stamp_us))
-        self._state = result.state
-        return control_of(result.command)
+        if self._controller is None:
+            hover_m_s2 = TOLD_HOVER_N / TOLD_MASS_KG
+            self._controller = Controller(self._params, self._depth, position, attitude, hover_m_s2)
+        else:
+            self._controller.observe_attitude(attitude)
+            self._controller.observe_position(position)
+        return control_of(self._controller.command(self._reference))
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,16 +118,31 @@ class Column:
     law: dict[str, Any] | None = None
 
 
-NO_FRICTION = {"friction_1_s": 0.0, "angular_friction_1_s": 0.0}
-"""This plant's drag is quadratic, and none acts on its rotation: the law is told of no friction."""
-PRESENT = {**NO_FRICTION, "lag_s": MOTOR_LAG_S}
+TOLD: dict[Depth, dict[str, float]] = {
+    "torque": {"lag_s": MOTOR_LAG_S, "yaw_lag_s": MOTOR_LAG_S, "dead_time_s": 0.0, "yaw_dead_time_s": 0.0},
+    "rate": {"lag_s": 0.03, "yaw_lag_s": 0.03, "dead_time_s": 0.02, "yaw_dead_time_s": 0.02},
+    "attitude": {"lag_s": 0.17, "yaw_lag_s": 0.17, "dead_time_s": 0.014, "yaw_dead_time_s": 0.014},
+}
+"""How this plant answers at each depth: the motors' lag; rotorpy's inner loops with the gains of `rotorpy_plant`, behind it.
+Drag is quadratic here, and none acts on the rotation: the law is told of no friction."""
+
+
+def law(depth: Depth, measurements: str, **more: Any) -> dict[str, Any]:
+    """[law] of a column: the gains are the depth's own defaults."""
+    plant = {**TOLD[depth], "thrust_lag_s": MOTOR_LAG_S, "friction_1_s": 0.0, "angular_friction_1_s": 0.0}
+    return {"depth": depth, "measurements": measurements, **plant, **more}
+
 
 COLUMNS: dict[str, Column] = {
     "se3": Column("SE3"),
     "se3-attitude": Column("SE3, attitude", depth="attitude"),
-    "torque": Column("torque, position + yaw", law=PRESENT),
-    "torque-100": Column("the same at 100 Hz", rate_hz=100, law=PRESENT),
-    "torque-state": Column("torque, state feedback", law={**PRESENT, "form": "state_feedback"}),
+    "torque-yaw": Column("torque, position + yaw", law=law("torque", "position_yaw")),
+    "torque-attitude": Column("torque, + attitude", law=law("torque", "position_attitude")),
+    "torque": Column("torque, full", law=law("torque", "full")),
+    "torque-100": Column("torque, full, 100 Hz", rate_hz=100, law=law("torque", "full")),
+    "rate": Column("rate, full", depth="rate", law=law("rate", "full")),
+    "rate-100": Column("rate, full, 100 Hz", depth="rate", rate_hz=100, law=law("rate", "full")),
+    "attitude": Column("attitude, full", depth="attitude", law=law("attitude", "full")),
 }
 
 
@@ -136,6 +152,4 @@ def pilot_of(column: Column, reference: Reference, delay_us: int, overrides: dic
     if column.law is None:
         return SE3Pilot(ABSTRACTIONS[column.depth], period_us, reference)
     table = {**column.law, "delay_s": delay_us * 1e-6, **overrides}
-    if not math.isfinite(table["delay_s"]):
-        raise ValueError("delay_s must be finite")
     return LawPilot(parse_section(LawParams, table, "the bench", "law"), column.depth, period_us, reference)

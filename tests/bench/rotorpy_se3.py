@@ -39,7 +39,7 @@ except ModuleNotFoundError as missing:
 
 GUST_SEEDS = (1, 2, 3)
 QUICK_CASES = ("hover, 5 m/s", "figure-eight, 5 m/s")
-QUICK_PILOTS = ("se3", "torque")
+QUICK_PILOTS = ("se3", "torque", "rate")
 
 
 class Job(NamedTuple):
@@ -89,7 +89,7 @@ def words(text: str) -> list[str]:
 
 def asked() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="two cases, two pilots, delays of 0 and 20 ms")
+    parser.add_argument("--quick", action="store_true", help="two cases, three pilots, delays of 0 and 20 ms")
     parser.add_argument("--case", default="", help="only cases whose name contains this")
     parser.add_argument("--delay-ms", type=words, help="0,20,40")
     parser.add_argument("--pilot", type=words, help=",".join(COLUMNS))
