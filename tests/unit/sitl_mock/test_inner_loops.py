@@ -99,8 +99,10 @@ def test_the_error_quaternion_takes_the_short_way():
 
 
 def test_the_attitude_loop_limits_its_rates_and_body_rates_from_outside_have_no_limit():
-    half_turn = AttitudeSetpoint(from_euler(3.0, 0.0, 0.0), 0.5)
-    assert attitude_loop(GAINS, half_turn, estimate()).rates_frd_rad_s[0] == pytest.approx(math.radians(220.0))
+    for axis, (error_rad, limit_deg_s) in enumerate(((3.0, 220.0), (1.4, 220.0), (3.0, 200.0))):
+        euler = [error_rad if i == axis else 0.0 for i in range(3)]
+        rates = attitude_loop(GAINS, AttitudeSetpoint(from_euler(*euler), 0.5), estimate()).rates_frd_rad_s
+        assert rates[axis] == pytest.approx(math.radians(limit_deg_s))
     fast = RatesSetpoint((9.0, 0.0, 0.0), 0.5)
     assert step(GAINS, LoopState(), fast, estimate(), 0.004)[0].torque_frd_norm[0] == pytest.approx(
         0.11 * 9.0, rel=0.01
