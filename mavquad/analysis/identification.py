@@ -109,7 +109,9 @@ def identify(command: Signal, answer: Signal, spans: Sequence[Span], kind: Kind)
     order = 1 if kind == "integrating" else 0
     windows, used = cut(answer.times_s, spans, WINDOW_S[kind], gap_s, _LEAST_PER_WINDOW, order)
     if windows.count < LEAST_WINDOWS or len(used) < LEAST_SAMPLES:
-        return Refused(f"too few answers while it was being commanded: {len(used)} in {windows.count} windows")
+        return Refused(
+            f"too little data: {len(used)} answers in {windows.count} windows while it followed commands in the air"
+        )
     problem = Problem(command.times_s, command.values, answer.values[used], windows, kind == "integrating")
     if problem.command_sd <= 1e-9 * (1.0 + float(np.max(np.abs(command.values)))):
         return Refused("the command never changes: no excitation")

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 from scipy.optimize import minimize
 
 from mavquad.analysis.identification_model import Array, LaggedCommand
-from mavquad.analysis.identification_windows import NO_FILTER, Windows, autoregression
+from mavquad.analysis.identification_windows import NO_FILTER, Projection, Windows, autoregression
 
 DEAD_RANGE_S = (-0.03, 0.4)
 LAG_RANGE_S = (0.0, 0.6)
@@ -18,7 +18,7 @@ FILTER_ORDER = 3
 
 _GRID_DEAD_S = np.arange(-0.02, 0.4, 0.02)
 _GRID_LAG_S = (0.0, 0.02, 0.04, 0.08, 0.15, 0.3)
-_ROUNDS = 4
+_ROUNDS = 3
 _STEP_S = 2e-3
 _HUBER = 2.5
 _MEDIAN_OF_NORMAL = 0.6745  # of the absolute value, in standard deviations
@@ -40,17 +40,26 @@ class Problem:
     answer: Array
     windows: Windows
     integrating: bool
+    _last: list[tuple[float, LaggedCommand]] = field(default_factory=list)
 
     @property
     def command_sd(self) -> float:
         """Standard deviation of the command in force about its mean in each window."""
         held = LaggedCommand(self.command_times_s, self.command, 0.0).at(self.windows.times_s)
-        return float(np.std(Windows(self.windows.times_s, self.windows.index, 0).free(held)))
+        return float(np.std(Projection(Windows(self.windows.times_s, self.windows.index, 0))(held)))
 
     def response(self, dead_s: float, lag_s: float) -> Array:
         """The model at gain 1, shape (n,)."""
-        lagged, times_s = LaggedCommand(self.command_times_s, self.command, lag_s), self.windows.times_s - dead_s
+        lagged, times_s = self._lagged(lag_s), self.windows.times_s - dead_s
         return lagged.integral(times_s) if self.integrating else lagged.at(times_s)
+
+    def _lagged(self, lag_s: float) -> LaggedCommand:
+        """The coarse search asks for one lag at many dead times."""
+        if self._last and self._last[0][0] == lag_s:
+            return self._last[0][1]
+        lagged = LaggedCommand(self.command_times_s, self.command, lag_s)
+        self._last[:] = [(lag_s, lagged)]
+        return lagged
 
     @cached_property
     def integrated_answer(self) -> Array:
@@ -81,15 +90,10 @@ class View:
 
     def __init__(self, problem: Problem, filter_: Array = NO_FILTER, weights: Array | None = None) -> None:
         self.problem = problem
-        self._filter = filter_
-        self.index = problem.windows.whitened_index(len(filter_))
-        self._weights = np.ones(len(self.index)) if weights is None else weights
-        self._roots = np.sqrt(self._weights)
+        self._seen = Projection(problem.windows, filter_, weights)
+        self.index = self._seen.index
         self.answer = self._seen(problem.answer)
         self._damping = self._seen(-problem.integrated_answer) if problem.integrating else None
-
-    def _seen(self, column: Array) -> Array:
-        return np.asarray(self.problem.windows.free(column, self._filter, self._weights) * self._roots)
 
     def columns(self, dead_s: float, lag_s: float) -> Array:
         """What enters linearly, shape (k, 1 or 2)."""
@@ -145,8 +149,8 @@ def _refined(view: View, start: tuple[float, float]) -> Solution:
         bounds=(DEAD_RANGE_S, LAG_RANGE_S),
         options={
             "initial_simplex": [(dead_s, lag_s), (dead_s + 0.01, lag_s), (dead_s, lag_s + 0.02)],
-            "xatol": 2e-5,
-            "fatol": 0.0,
+            "xatol": 3e-5,
+            "fatol": float("inf"),
             "maxiter": 80,
         },
     )

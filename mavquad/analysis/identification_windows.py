@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +21,7 @@ from mavquad.analysis.identification_model import Array
 Span = tuple[float, float]
 """From, to, s."""
 NO_FILTER: Array = np.zeros(0)
+_TINY = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,40 +43,51 @@ class Windows:
         """How many windows there are."""
         return int(self.index[-1]) + 1 if len(self.index) else 0
 
-    def whitened(self, column: Array, filter_: Array) -> Array:
-        """column[k] - sum_j filter[j] column[k - 1 - j], for each k with enough samples before it in its window."""
-        order, count = len(filter_), len(column)
-        result = column[order:].copy()
-        for j, weight in enumerate(filter_.tolist()):
-            result -= weight * column[order - 1 - j : count - 1 - j]
-        return result[self._complete(order)]
 
-    def _complete(self, order: int) -> npt.NDArray[np.bool_]:
-        return np.asarray(self.index[order:] == self.index[: len(self.index) - order])
+class Projection:
+    """Columns whitened, weighted, and without what each window's own polynomial explains of them."""
 
-    def whitened_index(self, order: int) -> npt.NDArray[np.intp]:
-        """The window of each sample that `whitened` leaves."""
-        return np.asarray(self.index[order:][self._complete(order)])
+    def __init__(self, windows: Windows, filter_: Array = NO_FILTER, weights: Array | None = None) -> None:
+        """Prepare.
 
-    def free(self, column: Array, filter_: Array = NO_FILTER, weights: Array | None = None) -> Array:
-        """The column, whitened, without what each window's own polynomial explains of it.
-
-        `weights`, one for each row that is left, are those of least squares; the result is not multiplied by them.
+        Args:
+            windows: of the n samples of a column.
+            filter_: coefficients of the whitening filter: column[k] - sum_j filter[j] column[k - 1 - j] for each k with
+                enough samples before it in its window, which leaves k <= n rows; see `index`.
+            weights: of each row that is left in least squares; None: all 1.
         """
-        index = self.whitened_index(len(filter_))
-        weights = np.ones(len(index)) if weights is None else weights
-        result = _centred(self.whitened(column, filter_), index, weights)
-        if self.order:
-            slope = _centred(self.whitened(self.times_s, filter_), index, weights)
-            weighted = weights * slope
-            share = np.bincount(index, weighted * result) / np.maximum(np.bincount(index, weighted * slope), 1e-12)
-            result = result - share[index] * slope
-        return result
+        self._filter = filter_
+        order = len(filter_)
+        self._complete = windows.index[order:] == windows.index[: len(windows.index) - order]
+        self.index = windows.index[order:][self._complete]
+        self._weights = np.ones(len(self.index)) if weights is None else weights
+        self._totals = np.maximum(np.bincount(self.index, self._weights), _TINY)
+        self._roots = np.sqrt(self._weights)
+        self._slope = self._centred(self._whitened(windows.times_s)) if windows.order else None
 
+    def __call__(self, column: Array) -> Array:
+        """The column, of n values, as k rows; to be used in ordinary least squares."""
+        result = self._centred(self._whitened(column))
+        if self._slope is not None:
+            weighted = self._weights * self._slope
+            share = np.bincount(self.index, weighted * result) / self._slope_totals
+            result = result - share[self.index] * self._slope
+        return np.asarray(result * self._roots)
 
-def _centred(column: Array, index: npt.NDArray[np.intp], weights: Array) -> Array:
-    mean = np.bincount(index, weights * column) / np.maximum(np.bincount(index, weights), 1e-12)
-    return np.asarray(column - mean[index])
+    @cached_property
+    def _slope_totals(self) -> Array:
+        return np.maximum(np.bincount(self.index, self._weights * self._slope * self._slope), _TINY)
+
+    def _whitened(self, column: Array) -> Array:
+        order, count = len(self._filter), len(column)
+        result = column[order:].copy()
+        for j, weight in enumerate(self._filter.tolist()):
+            result -= weight * column[order - 1 - j : count - 1 - j]
+        return np.asarray(result[self._complete])
+
+    def _centred(self, column: Array) -> Array:
+        mean = np.bincount(self.index, self._weights * column) / self._totals
+        return np.asarray(column - mean[self.index])
 
 
 def cut(

@@ -39,13 +39,15 @@ def identify(path: Path, output: Path | None, own: bool, as_json: bool) -> int:
 
 
 def _nothing(found: Identification) -> str:
-    reasons = [
-        f"{name}: {fit.reason}"
+    named = [
+        (name, fit.reason)
         for report in found.depths
         for name, fit in zip(AXES, report.axes, strict=True)
         if isinstance(fit, Refused)
     ]
-    return "nothing can be identified: " + "; ".join(reasons)
+    reasons = {reason for _, reason in named}
+    words = reasons if len(reasons) == 1 else [f"{name}: {reason}" for name, reason in named]
+    return "nothing can be identified: " + "; ".join(words)
 
 
 def _draw(found: Identification, output: Path, title: str) -> None:
@@ -91,21 +93,20 @@ def _command_words(report: DepthReport) -> str:
             f"the autopilot's own rate commands (ATTITUDE_TARGET), sampled at {report.command_rate_hz:.0f} Hz,"
             f" {followed_s:.0f} s in the air; dead times without the way up the link, coarse where it is below 50 Hz"
         )
+    gain = "; gain in rad/s² at a control of 1" if report.depth == "torque" else ""
     return (
         f"depth {report.depth}: {report.commands} commands at {report.command_rate_hz:.0f} Hz, followed for"
-        f" {followed_s:.0f} s; dead times from sending to the answer"
+        f" {followed_s:.0f} s; dead time from sending to the answer{gain}"
     )
 
 
 def _table(report: DepthReport) -> Table:
-    gain = "gain (rad/s² per 1)" if report.depth == "torque" else "gain"
     table = Table(box=None, padding=(0, 1), header_style="dim")
-    for name in ("axis", "dead time (ms)", "lag (ms)", "both (ms)", gain, "explained", "samples"):
+    for name in ("axis", "dead, ms", "lag, ms", "both, ms", "gain", "explained"):
         table.add_column(name, justify="left" if name == "axis" else "right", no_wrap=True)
     for name, fit in report.fits.items():
         times = (_milliseconds(estimate) for estimate in (fit.dead_s, fit.lag_s, fit.total_s))
-        amount = f"{fit.gain.value:.4g} ± {fit.gain.error:.1g}"
-        table.add_row(name, *times, amount, f"{fit.explained:.1%}", str(fit.samples))
+        table.add_row(name, *times, f"{fit.gain.value:.4g} ± {fit.gain.error:.1g}", f"{fit.explained:.1%}")
     return table
 
 
