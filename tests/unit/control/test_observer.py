@@ -1,4 +1,4 @@
-"""The extended observer of one chain."""
+"""The extended observer of one chain: with the paper's one row, and with further rows."""
 
 from __future__ import annotations
 
@@ -6,77 +6,298 @@ import itertools
 import math
 import random
 
+import numpy as np
 import pytest
 
 from mavquad.control.actuation import advance, interval
-from mavquad.control.observer import Estimate, ObserverGains, correct, update
+from mavquad.control.observer import Chain, ChainSpec, Row, moduli, rows, usable
 
 NO_INPUT = ((0, (0.0, 0.0, 0.0, 0.0)),)
+KAPPAS = {0: 6.0, 1: 9.0, 2: 13.0, 3: 11.0}
+ROW_SETS = [(0,), (0, 1), (0, 2), (0, 1, 2), (0, 2, 3), (0, 1, 2, 3)]
+"""Indices of the states that are measured: position alone (the paper) up to all of them."""
 
 
-def _truth(length: int, start: list[float], time_s: float) -> float:
-    """A chain with a constant disturbance, in closed form."""
-    return sum(c * time_s**k / math.factorial(k) for k, c in enumerate(start[: length + 1]))
+def _single(length: int, kappa: float = 8.0, powers: tuple[float, ...] = ()) -> ChainSpec:
+    return ChainSpec(length, (Row(0, kappa, powers or (1.0,) * (length + 1)),), 0.05)
 
 
-def _follow(length: int, start: list[float], guess: tuple[float, ...], seed: int, duration_s: float) -> Estimate:
-    gains = ObserverGains(8.0, (1.0,) * (length + 1), 0.05)
+def _spec(length: int, indices: tuple[int, ...], spread: float = 1.0, lag_s: float = 0.05) -> ChainSpec:
+    return ChainSpec(length, rows(length, {i: KAPPAS[i] for i in indices if i < length}, spread), lag_s)
+
+
+def _truth(start: list[float], time_s: float, index: int = 0) -> float:
+    """A state of a chain with a constant disturbance, in closed form."""
+    return sum(c * time_s**k / math.factorial(k) for k, c in enumerate(start[index:]))
+
+
+def _predict(chain: Chain, from_us: int, to_us: int, commands: tuple = NO_INPUT) -> None:
+    chain.predict(chain.span(commands, from_us, to_us), 0)
+
+
+def _update(chain: Chain, from_us: int, to_us: int, measured: float, commands: tuple = NO_INPUT) -> None:
+    """The paper's one row."""
+    _predict(chain, from_us, to_us, commands)
+    chain.correct(0, measured - chain.predicted(0), to_us)
+
+
+# ---------------------------------------------------------------- one row, the paper's
+
+
+def _follow(length: int, start: list[float], guess: tuple[float, ...], seed: int, duration_s: float) -> tuple:
     rng = random.Random(seed)
-    estimate, now = Estimate(0, guess, 0.0), 0
+    chain, now = Chain(_single(length), guess, 0), 0
     while now < duration_s * 1e6:
-        now += rng.choice((4_000, 10_000, 12_000, 36_000))
-        after = update(gains, estimate, 0, NO_INPUT, now, _truth(length, start, now * 1e-6))
-        assert after is not None
-        estimate = after
-    return estimate
+        then = now + rng.choice((4_000, 10_000, 12_000, 36_000))
+        _update(chain, now, then, _truth(start, then * 1e-6))
+        now = then
+    return chain, now
 
 
-@pytest.mark.parametrize("length", [2, 3, 4, 5])
+@pytest.mark.parametrize("length", [1, 2, 3, 4])
 def test_converges_from_a_grid_of_starts_with_irregular_samples(length: int) -> None:
-    start = [0.5, -0.3, 0.2, 0.1, -0.05, 0.02][: length + 1]
+    start = [0.5, -0.3, 0.2, 0.1, -0.05][: length + 1]
     for signs in itertools.product((-1.0, 1.0), repeat=length + 1):
-        end = _follow(length, start, tuple(2.0 * s for s in signs), 3, 6.0)
-        time_s = end.stamp_us * 1e-6
-        assert end.values[0] == pytest.approx(_truth(length, start, time_s), abs=1e-6)
-        assert end.values[-1] == pytest.approx(start[-1], abs=1e-6)
+        chain, now = _follow(length, start, tuple(2.0 * s for s in signs), 3, 6.0)
+        assert chain.values[0] == pytest.approx(_truth(start, now * 1e-6), abs=1e-6)
+        assert chain.sigma == pytest.approx(start[-1], abs=1e-6)
 
 
 def test_learns_a_constant_disturbance_beside_a_known_input() -> None:
     commands = ((0, (3.0, 0.0, 0.0, 0.0)), (500_000, (-2.0, 0.0, 0.0, 0.0)))
-    gains = ObserverGains(10.0, (0.8, 1.0, 1.0, 1.2, 1.5), 0.05)
-    truth, lagged = (0.0, 0.0, 0.0, 0.0, 0.7), 0.0
-    estimate = Estimate(0, (0.1, 0.0, 0.0, 0.0, 0.0), 0.0)
+    truth, lagged = [0.0, 0.0, 0.0, 0.0, 0.7], 0.0
+    chain = Chain(_single(4, 10.0, (0.8, 1.0, 1.0, 1.2, 1.5)), (0.1, 0.0, 0.0, 0.0, 0.0), 0)
     for now in range(10_000, 4_000_000, 10_000):
         truth, lagged = advance(truth, lagged, interval(4, 0.05, commands, now - 10_000, now), 0)
-        after = update(gains, estimate, 0, commands, now, truth[0])
-        assert after is not None
-        estimate = after
-    assert estimate.values == pytest.approx(truth, abs=1e-6)
+        _update(chain, now - 10_000, now, truth[0], commands)
+    assert chain.values == pytest.approx(truth, abs=1e-6)
+    assert chain.lagged == pytest.approx(lagged)
+
+
+def test_the_dead_time_shifts_the_input() -> None:
+    """The input of 30 ms before acts now."""
+    commands = ((0, (0.0,) * 4), (100_000, (5.0,) * 4))
+    late = Chain(ChainSpec(2, rows(2, {0: 8.0}, 1.0), 0.0, 30_000), (0.0,) * 3, 0)
+    late.predict(late.span(commands, 0, 130_000), 0)
+    assert late.values == [0.0, 0.0, 0.0]
+    late.predict(late.span(commands, 130_000, 150_000), 0)
+    assert late.values == pytest.approx([0.5 * 5.0 * 0.02**2, 5.0 * 0.02, 0.0])
 
 
 def test_a_second_look_at_the_same_moment_changes_nothing() -> None:
-    gains = ObserverGains(8.0, (1.0,) * 5, 0.05)
-    before = Estimate(10_000, (1.0, 2.0, 3.0, 4.0, 5.0), 0.5)
-    assert update(gains, before, 0, NO_INPUT, 10_000, 1.7) == before
+    chain = Chain(_single(4), (1.0, 2.0, 3.0, 4.0, 5.0), 10_000)
+    _update(chain, 10_000, 10_000, 1.7)
+    assert chain.values == [1.0, 2.0, 3.0, 4.0, 5.0]
 
 
 def test_an_older_measurement_is_refused() -> None:
-    gains = ObserverGains(8.0, (1.0,) * 5, 0.05)
-    assert update(gains, Estimate(10_000, (0.0,) * 5, 0.0), 0, NO_INPUT, 9_999, 1.0) is None
+    chain = Chain(_single(4), (0.0,) * 5, 10_000)
+    assert chain.measured_before(0, 9_999)
+    assert chain.measured_before(0, 10_000)
+    assert not chain.measured_before(0, 10_001)
+    chain.correct(0, 1.0, 9_999)
+    assert chain.values == [0.0] * 5
+    assert chain.measured_before(0, 10_000)  # what it knows of its latest moment has not gone back either
 
 
 def test_zero_in_zero_out_and_signs() -> None:
-    gains = ObserverGains(8.0, (1.0,) * 5, 0.05)
-    zero = Estimate(0, (0.0,) * 5, 0.0)
-    assert correct(gains, zero, 0.0, 10_000).values == (0.0,) * 5
-    assert all(v > 0.0 for v in correct(gains, zero, 1.0, 10_000).values)
+    chain = Chain(_single(4), (0.0,) * 5, 0)
+    chain.correct(0, 0.0, 10_000)
+    assert chain.values == [0.0] * 5
+    chain.correct(0, 1.0, 20_000)
+    assert all(v > 0.0 for v in chain.values)
 
 
-def test_a_gap_of_a_third_of_a_second_is_bridged() -> None:
+@pytest.mark.parametrize("gap_us", [300_000, 2_000_000])
+def test_a_gap_of_a_third_of_a_second_is_bridged(gap_us: int) -> None:
+    """And one of two seconds: the prediction is exact, and K of the whole gap leaves it there."""
     start = [0.5, -0.3, 0.2, 0.1, -0.05]
-    gains = ObserverGains(8.0, (1.0,) * 5, 0.05)
-    settled = _follow(4, start, (0.0,) * 5, 5, 5.0)
-    now = settled.stamp_us + 300_000
-    after = update(gains, settled, 0, NO_INPUT, now, _truth(4, start, now * 1e-6))
-    assert after is not None
-    assert after.values[0] == pytest.approx(_truth(4, start, now * 1e-6), abs=1e-6)
+    chain, now = _follow(4, start, (0.0,) * 5, 5, 6.0)
+    _update(chain, now, now + gap_us, _truth(start, (now + gap_us) * 1e-6))
+    assert chain.values[0] == pytest.approx(_truth(start, (now + gap_us) * 1e-6), abs=1e-5)
+    assert chain.sigma == pytest.approx(start[-1], abs=1e-5)
+
+
+def test_after_a_gap_of_two_seconds_the_measurement_is_believed() -> None:
+    """With a wrong estimate: poles of exp(-kappa 2 s) leave nothing of it, and no derivative jumps by more than it must."""
+    chain = Chain(_single(4), (1.0, 0.0, 0.0, 0.0, 0.0), 0)
+    _update(chain, 0, 2_000_000, 0.0)
+    assert chain.values[0] == pytest.approx(0.0, abs=1e-5)
+    assert max(abs(v) for v in chain.values) < 10.0
+
+
+def test_moduli_are_a_geometric_progression_around_one() -> None:
+    assert moduli(1, 3.0) == (1.0,)
+    assert moduli(3, 2.0) == pytest.approx((0.5, 1.0, 2.0))
+    assert math.prod(moduli(4, 1.7)) == pytest.approx(1.0)
+
+
+# ---------------------------------------------------------------- several rows
+
+
+def _shape(spec: ChainSpec) -> list[tuple[int, int]]:
+    return [(row.index, len(row.moduli)) for row in spec.rows]
+
+
+def test_the_rows_cut_the_chain_into_stretches() -> None:
+    """Each has one modulus more than it has states: that of its offset, or of sigma."""
+    assert _shape(_spec(4, (0,))) == [(0, 5)]
+    assert _shape(_spec(4, (0, 2))) == [(0, 3), (2, 3)]
+    assert _shape(_spec(4, (0, 1, 2, 3))) == [(0, 2), (1, 2), (2, 2), (3, 2)]
+    assert _shape(_spec(3, (0, 1))) == [(0, 2), (1, 3)]
+
+
+def _state(chain: Chain) -> list[float]:
+    return [*chain.values, *chain.offsets[1:]]
+
+
+def _error_dynamics(spec: ChainSpec, cycle: list[tuple[int, ...]], dt_us: int) -> np.ndarray:
+    """The joint update over one cycle of samples as a matrix, by superposition: what is measured is zero throughout.
+
+    `cycle` has, for each sample, the rows that it measures.
+    """
+    count = spec.length + len(spec.rows)
+    columns = []
+    for k in range(count):
+        unit = [float(i == k) for i in range(count)]
+        chain = Chain(spec, tuple(unit[: spec.length + 1]), 0)
+        chain.offsets[1:] = unit[spec.length + 1 :]
+        _warm(chain, cycle, dt_us)
+        for at, measured in enumerate(cycle, start=len(cycle) + 1):
+            _predict(chain, (at - 1) * dt_us, at * dt_us)
+            for row in measured:
+                chain.correct(row, -chain.predicted(row), at * dt_us)
+        columns.append(_state(chain))
+    return np.array(columns).T
+
+
+def _warm(chain: Chain, cycle: list[tuple[int, ...]], dt_us: int) -> None:
+    """A cycle of corrections by nothing: only the moments of the last measurements move."""
+    for at, measured in enumerate(cycle, start=1):
+        for row in measured:
+            chain.correct(row, 0.0, at * dt_us)
+
+
+def _scaled(matrix: np.ndarray, spec: ChainSpec, dt_us: int) -> np.ndarray:
+    """In units of h^k of each state: eigenvalues do not care, the computer does."""
+    powers = [*range(spec.length + 1), *(row.index for row in spec.rows[1:])]
+    scale = np.diag([(dt_us * 1e-6) ** k for k in powers])
+    return scale @ matrix @ np.linalg.inv(scale)
+
+
+def _placed(spec: ChainSpec, cycle: list[tuple[int, ...]], dt_us: int) -> list[float]:
+    """What the poles over one cycle should be."""
+    return sorted(
+        math.exp(-row.kappa_rad_s * modulus * len(cycle) * dt_us * 1e-6)
+        for place, row in enumerate(spec.rows)
+        if any(place in measured for measured in cycle)
+        for modulus in row.moduli
+    )
+
+
+@pytest.mark.parametrize("length", [2, 3, 4])
+@pytest.mark.parametrize("indices", ROW_SETS)
+@pytest.mark.parametrize("dt_us", [4_000, 20_000])
+def test_every_stretch_has_its_own_poles(length: int, indices: tuple[int, ...], dt_us: int) -> None:
+    spec = _spec(length, indices, spread=1.5)
+    cycle = [tuple(range(len(spec.rows)))]
+    found = np.linalg.eigvals(_scaled(_error_dynamics(spec, cycle, dt_us), spec, dt_us))
+    assert np.abs(found.imag).max() < 1e-5
+    assert sorted(found.real) == pytest.approx(_placed(spec, cycle, dt_us), abs=1e-5)
+
+
+@pytest.mark.parametrize("length", [3, 4])
+@pytest.mark.parametrize("indices", ROW_SETS[2:])
+@pytest.mark.parametrize("every", [2, 4])
+def test_every_stretch_has_its_own_poles_at_its_own_rate(length: int, indices: tuple[int, ...], every: int) -> None:
+    """Rows of the position stream come every so many samples only: poles over the cycle are those of the cycle's time."""
+    spec, dt_us = _spec(length, indices, spread=1.5), 5_000
+    fast = tuple(place for place, row in enumerate(spec.rows) if row.index >= 2)
+    cycle = [fast] * (every - 1) + [tuple(range(len(spec.rows)))]
+    found = np.linalg.eigvals(_scaled(_error_dynamics(spec, cycle, dt_us), spec, dt_us))
+    assert sorted(found.real) == pytest.approx(_placed(spec, cycle, dt_us), abs=1e-5)
+
+
+@pytest.mark.parametrize("indices", ROW_SETS[1:])
+def test_the_errors_are_block_triangular(indices: tuple[int, ...]) -> None:
+    """What a row sees is disturbed by the rows after it, never by those before: no offset, no state of an earlier stretch."""
+    spec, dt_us = _spec(4, indices), 10_000
+    matrix = _error_dynamics(spec, [tuple(range(len(spec.rows)))], dt_us)
+    for place, row in enumerate(spec.rows[1:], start=1):
+        sees = np.zeros(matrix.shape[0])
+        sees[row.index] = 1.0
+        sees[spec.length + place] = -1.0
+        before = [k for k in range(row.index)]
+        assert np.abs((sees @ matrix)[before]).max() == 0.0
+        # The state and its offset enter together only, as what the row measures.
+        both = sees @ matrix
+        assert both[row.index] == pytest.approx(-both[spec.length + place], abs=1e-12)
+
+
+def _schedule(seed: int, duration_s: float, count: int) -> list[tuple[int, list[int]]]:
+    """Irregular moments, each with some of the rows; gaps up to 2 s."""
+    rng, now, moments = random.Random(seed), 0, []
+    while now < duration_s * 1e6:
+        now += rng.choice((2_000, 4_000, 10_000, 10_000, 36_000, 400_000 if rng.random() < 0.02 else 10_000))
+        if rng.random() < 0.003:
+            now += 2_000_000
+        moments.append((now, [row for row in range(count) if rng.random() < 0.6]))
+    return moments
+
+
+@pytest.mark.parametrize("indices", ROW_SETS)
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_random_schedules_converge_with_every_offset_found(indices: tuple[int, ...], seed: int) -> None:
+    spec = _spec(4, indices)
+    offsets = [0.0, 0.4, -1.5, 2.5][: len(spec.rows)]
+    start = [0.5, -0.3, 0.02, 0.001, -0.0002]
+    chain, now = Chain(spec, (-1.0, 1.0, 1.0, -1.0, 1.0), 0), 0
+    for then, measured in _schedule(seed, 14.0, len(spec.rows)):
+        _predict(chain, now, then)
+        now = then
+        for row in measured:
+            value = _truth(start, now * 1e-6, spec.rows[row].index) - offsets[row]
+            chain.correct(row, value - chain.predicted(row), now)
+    assert chain.values == pytest.approx([_truth(start, now * 1e-6, k) for k in range(5)], abs=1e-4)
+    assert chain.offsets == pytest.approx(offsets, abs=1e-4)
+
+
+@pytest.mark.parametrize("indices", ROW_SETS)
+def test_a_disturbance_beside_every_row_leaves_no_steady_error(indices: tuple[int, ...]) -> None:
+    """At rest, each further row tells something constant and wrong: the place is found, and what is wrong named."""
+    spec = _spec(4, indices)
+    wrong = [0.0, -0.7, 0.8, 5.0][: len(spec.rows)]
+    chain = Chain(spec, (0.3, 0.0, 0.0, 0.0, 0.0), 0)
+    for now in range(10_000, 10_000_000, 10_000):
+        _predict(chain, now - 10_000, now)
+        for row, said in enumerate(wrong):
+            chain.correct(row, said - chain.predicted(row), now)
+    assert chain.values == pytest.approx([0.0] * 5, abs=1e-6)
+    assert chain.offsets == pytest.approx([0.0, *(-w for w in wrong[1:])], abs=1e-6)
+
+
+def test_what_a_row_learns_of_the_next_does_not_change_what_that_one_predicts() -> None:
+    chain = Chain(_spec(4, (0, 2)), (0.0, 0.0, 1.0, 0.5, 0.0), 0)
+    chain.offsets[1] = 0.3
+    before, jerk = chain.predicted(1), chain.values[3:]
+    chain.correct(0, 0.25, 10_000)
+    assert chain.predicted(1) == pytest.approx(before, abs=1e-12)
+    assert chain.values[2] != 1.0
+    assert chain.values[3:] == jerk  # those belong to the next stretch
+
+
+def test_a_little_earlier_the_row_would_have_measured_this() -> None:
+    """A late measurement is held against the estimate of its own moment."""
+    start = [0.5, -0.3, 0.2, 0.1, -0.05]
+    chain = Chain(_spec(4, (0, 2)), tuple(_truth(start, 1.0, k) for k in range(5)), 0)
+    chain.offsets[1] = 0.3
+    # The input and sigma are left out of it: 30 ms of a snap of 0.05 are nothing.
+    assert chain.predicted(0, 30_000) == pytest.approx(_truth(start, 0.97), abs=1e-7)
+    assert chain.predicted(1, 30_000) == pytest.approx(_truth(start, 0.97, 2) - 0.3, abs=1e-4)
+    assert chain.predicted(0) != chain.predicted(0, 30_000)
+
+
+def test_what_is_too_late_to_be_of_use() -> None:
+    assert usable(1_000_000, 900_000)
+    assert usable(900_000, 1_000_000)
+    assert not usable(899_999, 1_000_000)
