@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from pydantic import Field, model_validator
 
 from mavquad.control.params import LawParams
@@ -11,6 +9,7 @@ from mavquad.flight.airframe import AirframeParams
 from mavquad.flight.guards import GuardParams
 from mavquad.flight.machine import Phase
 from mavquad.flight.mission import MissionParams
+from mavquad.flight.mission_check import mission_fault
 from mavquad.protocol.link import LinkParams
 from mavquad.protocol.streams import StreamParams
 from mavquad.schema import Section
@@ -79,14 +78,11 @@ class AgentParams(Section):
 
     def _contradictions(self) -> tuple[tuple[bool, str], ...]:
         slowest_hz = self.streams.least_share * min(self.streams.position_hz, self.streams.attitude_hz)
-        corner_m = math.sqrt(2.0) * self.mission.side_m if self.mission.name == "box" else 0.0
+        mission = mission_fault(self.mission, self.guards, self.law)
         engage_s = SETPOINTS_BEFORE_OFFBOARD / slowest_hz + 1.5
         return (
             (self.guards.floor_m >= self.guards.ceiling_m, "guards.floor_m must be below guards.ceiling_m"),
-            (
-                corner_m >= self.guards.radius_m,
-                f"mission.side_m puts a corner {corner_m:.1f} m away, beyond guards.radius_m",
-            ),
+            (mission is not None, mission or ""),
             (
                 self.guards.tilt_deg <= self.law.limits.tilt_max_deg,
                 "guards.tilt_deg must be greater than law.limits.tilt_max_deg",

@@ -15,8 +15,10 @@ from pydantic import Field
 from mavquad.agent_params import AgentParams
 from mavquad.errors import ConfigError
 from mavquad.schema import parse_section
+from mavquad.trajectory_file import with_trajectory
 
 DEFAULT_NAME = "mock.toml"
+FILE_KEY = "mission.file"
 
 
 class Config(AgentParams):
@@ -102,14 +104,38 @@ def _toml_value(text: str) -> Any:
 
 
 def load(path: Path, overrides: Sequence[Override] = ()) -> Config:
-    """Read, override and validate a configuration.
+    """Read, override and validate a configuration; a trajectory file that it names becomes part of it.
 
     Raises:
-        ConfigError: with the full path of the wrong key and what is allowed.
+        ConfigError: with the full path of the wrong key and what is allowed, or the line of the trajectory file.
     """
-    tables = with_overrides(read_toml(path), overrides)
+    tables = _named(with_overrides(read_toml(path), overrides), overrides)
     with blaming_options(overrides):
-        return parse_section(Config, tables, str(path))
+        return parse_section(
+            Config, with_trajectory(tables, _trajectory(tables, path, overrides), str(path)), str(path)
+        )
+
+
+def _named(tables: dict[str, Any], overrides: Sequence[Override]) -> dict[str, Any]:
+    """A trajectory file that is given is meant to be flown, unless it is said beside it what is flown."""
+    mission = tables.get("mission")
+    if not isinstance(mission, dict) or not mission.get("file"):
+        return tables
+    given = {override.key for override in overrides}
+    if "name" in mission and not (FILE_KEY in given and "mission.name" not in given):
+        return tables
+    return {**tables, "mission": {**mission, "name": "file"}}
+
+
+def _trajectory(tables: Mapping[str, Any], path: Path, overrides: Sequence[Override]) -> Path | None:
+    """The trajectory file to be read: from an option as it stands, from the TOML file relative to that."""
+    mission = tables.get("mission")
+    if not isinstance(mission, dict) or mission.get("name") != "file":
+        return None
+    file = mission.get("file")
+    if not file or not isinstance(file, str):
+        return None
+    return Path(file) if any(override.key == FILE_KEY for override in overrides) else path.parent / file
 
 
 @contextmanager

@@ -1,11 +1,7 @@
 """Rest-to-rest references with four continuous derivatives, and holding still.
 
-The polynomial of degree 9 that goes from 0 to 1 with four derivatives zero at both ends:
-
-    s(u) = 126 u^5 - 420 u^6 + 540 u^7 - 315 u^8 + 70 u^9,      s_d(u) = 630 u^4 (1 - u)^4
-
-Its largest rate is s_d(1/2) = 630 / 256 and its largest second derivative 2520 (3/14)^3 / sqrt(7), at u (1 - u) = 3 / 14:
-the duration follows from the limits without a search.
+A leg is a straight way and a turn, each the step of `trajectories.step` under its own bounds. The slower of the two sets the
+time, and the other is stretched to it.
 """
 
 from __future__ import annotations
@@ -15,34 +11,52 @@ from dataclasses import dataclass
 
 from pydantic import Field
 
+from mavquad.control.trajectories.along import Channels
+from mavquad.control.trajectories.chain_rule import Five
+from mavquad.control.trajectories.step import Bounds, Step, Times, boxcars, step, stretched
 from mavquad.frames import unwrap_near
 from mavquad.schema import Section
 from mavquad.types import ReferencePoint, Vec3
 
-PEAK_RATE = 630.0 / 256.0
-PEAK_ACCELERATION = 2520.0 * (3.0 / 14.0) ** 3 / math.sqrt(7.0)
-
-_POWERS = (5, 6, 7, 8, 9)
-_SHAPES = tuple(
-    tuple(c * math.perm(p, k) for c, p in zip((126.0, -420.0, 540.0, -315.0, 70.0), _POWERS, strict=True))
-    for k in range(5)
-)
-"""Coefficients of the k-th derivative of s, k = 0 .. 4."""
+NOWHERE = 1e-9
+"""A way (m) or a turn (rad) shorter than this is none."""
+STILL = (0.0, 0.0, 0.0, 0.0)
 
 
 class ReferenceParams(Section):
-    """[mission.reference]: how briskly the reference moves from pose to pose."""
+    """[mission.reference]: how briskly the reference moves. A mission that would move more briskly is refused."""
 
     speed_max_m_s: float = Field(default=1.5, gt=0.0, le=20.0)
-    """Largest speed of the reference between two poses, m/s."""
+    """Largest speed of the reference, m/s."""
     acceleration_max_m_s2: float = Field(default=1.2, gt=0.0, le=15.0)
     """Largest acceleration of the reference, m/s^2."""
+    jerk_max_m_s3: float = Field(default=2.5, gt=0.0, le=200.0)
+    """Largest jerk of the reference, m/s^3: g times how fast it makes the vehicle tilt."""
+    snap_max_m_s4: float = Field(default=8.0, gt=0.0, le=5000.0)
+    """Largest snap of the reference, m/s^4: g times the angular acceleration that it costs."""
     yaw_rate_max_deg_s: float = Field(default=45.0, gt=0.0, le=360.0)
     """Largest yaw rate of the reference, deg/s."""
     yaw_acceleration_max_deg_s2: float = Field(default=45.0, gt=0.0, le=1000.0)
     """Largest yaw acceleration of the reference, deg/s^2. A quadcopter's yaw is weak."""
+    yaw_jerk_max_deg_s3: float = Field(default=60.0, gt=0.0, le=20000.0)
+    """Largest third derivative of the reference's yaw, deg/s^3."""
+    yaw_snap_max_deg_s4: float = Field(default=120.0, gt=0.0, le=500000.0)
+    """Largest fourth derivative of the reference's yaw, deg/s^4."""
     duration_min_s: float = Field(default=1.0, ge=0.1, le=60.0)
-    """No leg is shorter than this, s."""
+    """No leg between two poses is shorter than this, s."""
+
+    def way_bounds(self) -> Bounds:
+        """Of the position, m/s to m/s^4."""
+        return Bounds(self.speed_max_m_s, self.acceleration_max_m_s2, self.jerk_max_m_s3, self.snap_max_m_s4)
+
+    def turn_bounds(self) -> Bounds:
+        """Of the yaw, rad/s to rad/s^4."""
+        return Bounds(
+            math.radians(self.yaw_rate_max_deg_s),
+            math.radians(self.yaw_acceleration_max_deg_s2),
+            math.radians(self.yaw_jerk_max_deg_s3),
+            math.radians(self.yaw_snap_max_deg_s4),
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,27 +69,30 @@ class Pose:
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """From rest at one pose to rest at another."""
+    """From rest at one pose to rest at another. `way` and `turn` are steps from 0 to 1; None where there is none."""
 
     start_us: int
     duration_s: float
     origin: Pose
     goal: Pose
+    way: Step | None
+    turn: Step | None
 
 
 def plan_leg(params: ReferenceParams, start_us: int, origin: Pose, goal: Pose) -> Leg:
     """The leg that keeps to the limits in the least time; yaw goes the shorter way round."""
     yaw_goal = unwrap_near(goal.yaw_rad, origin.yaw_rad)
-    distance_m = math.dist(origin.position_nwu_m, goal.position_nwu_m)
-    turn_rad = abs(yaw_goal - origin.yaw_rad)
-    duration_s = max(
-        params.duration_min_s,
-        _duration_s(distance_m, params.speed_max_m_s, params.acceleration_max_m_s2),
-        _duration_s(
-            turn_rad, math.radians(params.yaw_rate_max_deg_s), math.radians(params.yaw_acceleration_max_deg_s2)
-        ),
+    way = _boxcars(math.dist(origin.position_nwu_m, goal.position_nwu_m), params.way_bounds())
+    turn = _boxcars(abs(yaw_goal - origin.yaw_rad), params.turn_bounds())
+    duration_s = max(params.duration_min_s, *(math.fsum(times) for times in (way, turn) if times), 0.0)
+    return Leg(
+        start_us,
+        duration_s,
+        origin,
+        Pose(goal.position_nwu_m, yaw_goal),
+        step(stretched(way, duration_s)) if way else None,
+        step(stretched(turn, duration_s)) if turn else None,
     )
-    return Leg(start_us, duration_s, origin, Pose(goal.position_nwu_m, yaw_goal))
 
 
 def end_us(leg: Leg) -> int:
@@ -85,21 +102,37 @@ def end_us(leg: Leg) -> int:
 
 def sample(leg: Leg, stamp_us: int) -> ReferencePoint:
     """The reference at a moment: the origin before the leg, the goal after it."""
-    u = (stamp_us - leg.start_us) * 1e-6 / leg.duration_s
-    if u <= 0.0:
-        return hold(leg.origin)
-    if u >= 1.0:
-        return hold(leg.goal)
-    shape = _shape(u, leg.duration_s)
-    x, y, z = (_blend(a, b, shape) for a, b in zip(leg.origin.position_nwu_m, leg.goal.position_nwu_m, strict=True))
-    return ReferencePoint(z_m=z, yaw_rad=_blend(leg.origin.yaw_rad, leg.goal.yaw_rad, shape), x_m=x, y_m=y)
+    z, yaw, x, y = leg_channels(leg, stamp_us)
+    return ReferencePoint(z, yaw, x, y)
+
+
+def leg_channels(leg: Leg, stamp_us: int) -> Channels:
+    """The same as plain tuples: z, yaw, x, y."""
+    t_s = (stamp_us - leg.start_us) * 1e-6
+    if t_s >= leg.duration_s:
+        return pose_channels(leg.goal)
+    if t_s <= 0.0:
+        return pose_channels(leg.origin)
+    x0, y0, z0 = leg.origin.position_nwu_m
+    x1, y1, z1 = leg.goal.position_nwu_m
+    yaw0 = leg.origin.yaw_rad
+    yaw = _blend(yaw0, leg.goal.yaw_rad - yaw0, leg.turn.at(t_s)) if leg.turn else (yaw0, *STILL)
+    if leg.way is None:
+        return ((z0, *STILL), yaw, (x0, *STILL), (y0, *STILL))
+    way = leg.way.at(t_s)
+    return (_blend(z0, z1 - z0, way), yaw, _blend(x0, x1 - x0, way), _blend(y0, y1 - y0, way))
 
 
 def hold(pose: Pose) -> ReferencePoint:
     """Stand still at a pose."""
+    z, yaw, x, y = pose_channels(pose)
+    return ReferencePoint(z, yaw, x, y)
+
+
+def pose_channels(pose: Pose) -> Channels:
+    """The same as plain tuples: z, yaw, x, y."""
     x, y, z = pose.position_nwu_m
-    still = (0.0, 0.0, 0.0, 0.0)
-    return ReferencePoint(z_m=(z, *still), yaw_rad=(pose.yaw_rad, *still), x_m=(x, *still), y_m=(y, *still))
+    return ((z, *STILL), (pose.yaw_rad, *STILL), (x, *STILL), (y, *STILL))
 
 
 def shifted(derivatives: tuple[float, ...], ahead_s: float) -> tuple[float, ...]:
@@ -115,20 +148,9 @@ def shifted(derivatives: tuple[float, ...], ahead_s: float) -> tuple[float, ...]
     )
 
 
-def _shape(u: float, duration_s: float) -> tuple[float, ...]:
-    values = []
-    for k, coefficients in enumerate(_SHAPES):
-        total = 0.0
-        for c in reversed(coefficients):
-            total = total * u + c
-        values.append(total * u ** (5 - k) / duration_s**k)
-    return tuple(values)
+def _boxcars(reach: float, bounds: Bounds) -> Times | None:
+    return boxcars(reach, bounds) if reach > NOWHERE else None
 
 
-def _blend(origin: float, goal: float, shape: tuple[float, ...]) -> tuple[float, ...]:
-    reach = goal - origin
-    return (origin + reach * shape[0], *(reach * s for s in shape[1:]))
-
-
-def _duration_s(reach: float, rate_max: float, acceleration_max: float) -> float:
-    return max(PEAK_RATE * reach / rate_max, math.sqrt(PEAK_ACCELERATION * reach / acceleration_max))
+def _blend(origin: float, reach: float, s: Five) -> Five:
+    return (origin + reach * s[0], reach * s[1], reach * s[2], reach * s[3], reach * s[4])

@@ -59,7 +59,7 @@ def run_dir(tmp_path_factory) -> Path:
         (["sim", "--set", "seed.x=1"], "'seed' is a value, not a table"),
         (["sim", "--wind", "1,2"], "--wind: '1,2' is not three numbers N,E,D"),
         (["sim", "--loss", "2"], "--loss: Input should be less than or equal to 1"),
-        (["sim", "--mission", "loop"], "--mission: Input should be 'box' or 'hover'"),
+        (["sim", "--mission", "loop"], "--mission: Input should be 'box', 'hover', 'goto'"),
         (["sim", "--duration", "-1"], "--duration: Input should be greater than or equal to 0"),
         (["sim", "--nonsense"], "No such option: --nonsense"),
         (["fly", "--connect", "tcp:localhost:5760"], "--connect: not a connection string that can be used here"),

@@ -12,8 +12,14 @@ ORIGIN = Pose((1.0, -2.0, 3.0), 0.5)
 GOAL = Pose((3.0, -1.0, 2.0), 2.0)
 
 
-def _leg(duration_s: float = 4.0) -> Leg:
-    return Leg(1_000_000, duration_s, ORIGIN, GOAL)
+def _leg() -> Leg:
+    """Of 4 s: the limits allow less."""
+    brisk = {"speed_max_m_s": 9.0, "acceleration_max_m_s2": 9.0, "jerk_max_m_s3": 90.0, "snap_max_m_s4": 900.0}
+    turn = {"yaw_rate_max_deg_s": 360.0, "yaw_acceleration_max_deg_s2": 900.0, "yaw_jerk_max_deg_s3": 9e3}
+    params = ReferenceParams(**brisk, **turn, yaw_snap_max_deg_s4=9e4, duration_min_s=4.0)
+    leg = plan_leg(params, 1_000_000, ORIGIN, GOAL)
+    assert leg.duration_s == 4.0
+    return leg
 
 
 def test_ends_are_poses_at_rest() -> None:
@@ -40,25 +46,64 @@ def test_four_derivatives_are_continuous_at_both_ends() -> None:
         inside = sample(leg, edge + (40 if edge == 1_000_000 else -40))
         outside = sample(leg, edge)
         for a, b in zip(inside.channels(), outside.channels(), strict=True):
+            assert len(a) == len(b) == 5
             assert a == pytest.approx(b, abs=2e-3)
 
 
-def test_limits_are_met_and_one_of_them_reached() -> None:
-    params = ReferenceParams(speed_max_m_s=1.0, acceleration_max_m_s2=0.5)
-    leg = plan_leg(params, 0, ORIGIN, Pose((21.0, -2.0, 3.0), 0.5))
-    points = [sample(leg, t) for t in range(0, end_us(leg), 10_000)]
-    assert max(abs(p.x_m[1]) for p in points) == pytest.approx(1.0, rel=1e-3)
-    assert max(abs(p.x_m[2]) for p in points) <= 0.5 + 1e-9
-    short = plan_leg(params, 0, ORIGIN, Pose((2.0, -2.0, 3.0), 0.5))
-    points = [sample(short, t) for t in range(0, end_us(short), 5_000)]
-    assert max(abs(p.x_m[2]) for p in points) == pytest.approx(0.5, rel=1e-3)
+def _peaks(leg: Leg, channel: str) -> list[float]:
+    """Largest magnitudes of the first to fourth derivative."""
+    points = [getattr(sample(leg, leg.start_us + round(leg.duration_s * 1e6 * k / 4000)), channel) for k in range(4001)]
+    return [max(abs(point[order]) for point in points) for order in (1, 2, 3, 4)]
+
+
+@pytest.mark.parametrize("way_m", [1e-3, 0.02, 0.3, 1.0, 2.0, 4.0, 10.0, 50.0, 500.0])
+def test_limits_are_met_and_one_of_them_reached(way_m: float) -> None:
+    params = ReferenceParams(duration_min_s=0.1)
+    leg = plan_leg(params, 0, ORIGIN, Pose((1.0 + way_m, -2.0, 3.0), 0.5))
+    limits = (1.5, 1.2, 2.5, 8.0)
+    shares = [peak / limit for peak, limit in zip(_peaks(leg, "x_m"), limits, strict=True)]
+    assert max(shares) <= 1.0 + 1e-9
+    assert max(shares) == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_long_way_is_cruised_at_the_largest_speed() -> None:
+    leg = plan_leg(ReferenceParams(), 0, ORIGIN, Pose((31.0, -42.0, 3.0), 0.5))  # 50 m, 3 : -4
+    assert leg.duration_s == pytest.approx(50.0 / 1.5 + 2.35, abs=0.05)
+    for stamp in range(4_000_000, 32_000_000, 1_000_000):
+        point = sample(leg, stamp)
+        assert point.x_m[1:] == pytest.approx((0.9, 0.0, 0.0, 0.0), abs=1e-12)
+        assert point.y_m[1:] == pytest.approx((-1.2, 0.0, 0.0, 0.0), abs=1e-12)
+    assert sample(leg, end_us(leg) + 1) == hold(Pose((31.0, -42.0, 3.0), 0.5))
+
+
+def test_a_leg_of_the_default_box_is_about_as_brisk_as_the_polynomial_of_degree_9() -> None:
+    leg = plan_leg(ReferenceParams(), 0, ORIGIN, Pose((3.0, -2.0, 3.0), 0.5))
+    assert leg.duration_s == pytest.approx(3.95, abs=0.1)  # that of the polynomial
+    speed, acceleration, jerk, snap = _peaks(leg, "x_m")
+    assert speed < 1.25
+    assert acceleration < 1.20
+    assert jerk < 2.55
+    assert snap < 1.6 * 5.10
 
 
 def test_yaw_limits_decide_a_turn_on_the_spot() -> None:
-    params = ReferenceParams(yaw_rate_max_deg_s=30.0, yaw_acceleration_max_deg_s2=200.0)
-    leg = plan_leg(params, 0, Pose((0.0, 0.0, 0.0), 0.0), Pose((0.0, 0.0, 0.0), math.pi / 2))
-    rates = [sample(leg, t).yaw_rad[1] for t in range(0, end_us(leg), 5_000)]
-    assert max(rates) == pytest.approx(math.radians(30.0), rel=1e-3)
+    here = Pose((0.0, 0.0, 0.0), 0.0)
+    limits = {"yaw_rate_max_deg_s": 30.0, "yaw_acceleration_max_deg_s2": 200.0, "yaw_jerk_max_deg_s3": 900.0}
+    params = ReferenceParams(**limits, yaw_snap_max_deg_s4=9000.0)
+    rate, *_ = _peaks(plan_leg(params, 0, here, Pose((0.0, 0.0, 0.0), math.pi / 2)), "yaw_rad")
+    assert rate == pytest.approx(math.radians(30.0), rel=1e-6)
+    leg = plan_leg(ReferenceParams(), 0, here, Pose((0.0, 0.0, 0.0), 3.1))
+    shares = [math.degrees(p) / q for p, q in zip(_peaks(leg, "yaw_rad"), (45.0, 45.0, 60.0, 120.0), strict=True)]
+    assert max(shares) <= 1.0 + 1e-9
+    assert shares[0] == pytest.approx(1.0)
+
+
+def test_the_slower_of_way_and_turn_sets_the_time_of_both() -> None:
+    turned = plan_leg(ReferenceParams(), 0, ORIGIN, Pose((1.2, -2.0, 3.0), 2.0))
+    assert turned.duration_s == plan_leg(ReferenceParams(), 0, ORIGIN, Pose((1.0, -2.0, 3.0), 2.0)).duration_s
+    before = sample(turned, end_us(turned) - 400_000)
+    assert abs(before.x_m[1]) > 1e-6
+    assert abs(before.yaw_rad[1]) > 1e-6
 
 
 def test_yaw_goes_the_shorter_way_and_stays_continuous() -> None:
