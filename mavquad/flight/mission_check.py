@@ -177,7 +177,7 @@ def _too_much(mission: MissionParams, law: LawParams, points: list[tuple[float, 
 def _words(mission: MissionParams, quantity: Quantity, value: float, t_s: float) -> str:
     what = "the path of mission.file" if mission.name == "file" else f'mission.name = "{mission.name}"'
     return (
-        f"{what} asks for a {quantity.name} of {value:.4g} {quantity.unit}, {t_s:.2f} s"
+        f"{what} asks for {value:.4g} {quantity.unit} of {quantity.name}, {t_s:.2f} s"
         f" into the mission: {value - quantity.limit:.3g} {quantity.unit} above {quantity.key}"
     )
 

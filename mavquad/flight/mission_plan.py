@@ -136,7 +136,7 @@ class _Planner:
         self.go((x[0], y[0], z[0]), yaw[0], self._params.dwell_s)
         if self._looks_along:
             self._face(unwound(curve).angles_rad[0])
-        flown = along.along(self._clock_us, curve, ramp_s, self._pose.yaw_rad if self._looks_along else None)
+        flown = along.along(self._clock_us, curve, ramp_s, self._looks_along, self._pose.yaw_rad)
         self._motions.append(flown)
         self._clock_us += round(flown.duration_s * 1e6)
         up, turn, north, west = along.channels(flown, self._clock_us + 1)

@@ -32,7 +32,7 @@ def waypoint_curve(places: Sequence[Vec3], reference: ReferenceParams, looks_alo
     bounds = reference.way_bounds()
     times = list(accumulate((math.dist(a, b) / bounds.first for a, b in pairwise(places)), initial=0.0))
     ramp_s = math.fsum(rise_times(bounds.first, bounds))
-    first = along.along(0, spline(_samples(times, places)), ramp_s, 0.0 if looks_along else None)
+    first = along.along(0, spline(_samples(times, places)), ramp_s, looks_along)
     factor = MARGIN * _excess(first, reference, LOOKS_A_PIECE * len(places))
     return spline(_samples([time * factor for time in times], places)), min(ramp_s, times[-1]) * factor
 

@@ -43,11 +43,6 @@ class Heading:
     phases_s: tuple[float, ...]
     angles_rad: tuple[float, ...]
 
-    def near(self, yaw_rad: float) -> Heading:
-        """The same with so many whole turns more that it begins within half a turn of a yaw."""
-        turns = unwrap_near(self.angles_rad[0], yaw_rad) - self.angles_rad[0]
-        return Heading(self.phases_s, tuple(angle + turns for angle in self.angles_rad))
-
     def at(self, phase_s: float, point: Point) -> Five:
         """Heading (rad, continuous, counter-clockwise from north) and four derivatives with respect to the phase."""
         (_, x1, x2, x3, x4, x5), (_, y1, y2, y3, y4, y5), *_ = point

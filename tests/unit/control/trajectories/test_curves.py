@@ -87,7 +87,7 @@ def test_the_heading_is_sympys():
 
 @pytest.mark.parametrize("name", ["clockwise", "counterclockwise", "level eight", "spline"])
 def test_flown_along_all_channels_have_four_derivatives(name):
-    flight = along(1_000_000, CURVES[name], 2.0, 0.0)
+    flight = along(1_000_000, CURVES[name], 2.0, True)
     h = 200
     for k in range(60):
         stamp = 1_000_000 + round(flight.duration_s * 1e6 * (k + 0.37) / 60.0)
@@ -99,7 +99,7 @@ def test_flown_along_all_channels_have_four_derivatives(name):
 
 @pytest.mark.parametrize("curve", CURVES.values(), ids=CURVES)
 def test_it_begins_and_ends_at_rest_where_the_curve_does(curve):
-    flight = along(1_000_000, curve, 2.0, None)
+    flight = along(1_000_000, curve, 2.0, False)
     for edge, inside, phase in (
         (1_000_000, 50, 0.0),
         (1_000_000 + round(flight.duration_s * 1e6), -50, curve.length_s),
@@ -113,14 +113,14 @@ def test_it_begins_and_ends_at_rest_where_the_curve_does(curve):
 
 
 def test_after_the_ramp_it_flies_at_the_curves_own_pace():
-    flight = along(0, Circle(2.0, 9.0, True, 2), 3.0, None)
+    flight = along(0, Circle(2.0, 9.0, True, 2), 3.0, False)
     speeds = [math.hypot(x[1], y[1]) for _, _, x, y in (channels(flight, s * 500_000) for s in range(6, 36))]
     assert speeds == pytest.approx([math.tau * 2.0 / 9.0] * 30)
 
 
 def test_yaw_grows_over_many_laps_and_never_jumps():
     laps = 7
-    flight = along(0, Circle(1.0, 6.0, False, laps), 2.0, 0.0)
+    flight = along(0, Circle(1.0, 6.0, False, laps), 2.0, True)
     yaws = [channels(flight, k * 20_000)[1][0] for k in range(round(flight.duration_s * 50) + 2)]
     steps = [b - a for a, b in pairwise(yaws)]
     assert min(steps) >= 0.0
@@ -131,12 +131,16 @@ def test_yaw_grows_over_many_laps_and_never_jumps():
 
 @given(st.floats(-50.0, 50.0))
 def test_of_all_whole_turns_the_nearest_one(yaw):
-    flight = along(0, Eight(1.25, 0.75, 8.0, False), 2.0, yaw)
-    assert abs(channels(flight, 0)[1][0] - yaw) <= math.pi + 1e-9
+    for curve, looks in ((Eight(1.25, 0.75, 8.0, False), True), (CURVES["spline"], False)):
+        flight = along(0, curve, 2.0, looks, yaw)
+        assert abs(channels(flight, 0)[1][0] - yaw) <= math.pi + 1e-9
+        zero = along(0, curve, 2.0, looks, 0.0)
+        turns = (channels(flight, 3_000_000)[1][0] - channels(zero, 3_000_000)[1][0]) / math.tau
+        assert turns == pytest.approx(round(turns), abs=1e-9)
 
 
 def test_the_yaw_of_a_path_looks_along_the_velocity():
-    flight = along(0, CURVES["level eight"], 2.0, 0.0)
+    flight = along(0, CURVES["level eight"], 2.0, True)
     for k in range(50, 900):
         _, yaw, x, y = channels(flight, k * 20_000)
         if math.hypot(x[1], y[1]) > 1e-6:
