@@ -1,4 +1,5 @@
-"""The vehicle's clock on the log's: log time of a stamp = stamp + offset(stamp), the offset between knots linear.
+"""The vehicle's clock on the log's: log time of a stamp = stamp + offset(stamp), the offset between knots linear; before
+the first and behind the last it goes on as the clocks drift on the whole.
 
 From TIMESYNC exchanges that the log holds both halves of: offset = (sent + received) / 2 - vehicle's answer, which is
 right within half the difference of the link's two ways; of each second the exchange with the shortest round trip counts.
@@ -18,6 +19,7 @@ from mavquad.analysis.identification_model import Array
 KNOT_S = 1.0
 """Clocks drift (real PX4 in lockstep: 13 ms/s): each second has its own offset."""
 LEAST_PER_KNOT = 10
+_LEAST_FOR_DRIFT = 5
 _EARLIEST_S = -0.003  # an answer that arrives before its own stamp, beyond the stamp's resolution: not the same clock
 _OLDEST_S = 1.0
 
@@ -52,7 +54,16 @@ class Clock:
 
     def log_time_s(self, stamps_s: Array) -> Array:
         """Stamps of the vehicle's clock as log time, s."""
-        return np.asarray(stamps_s + np.interp(stamps_s, self.stamps_s, self.offsets_s))
+        trend = _line(self.stamps_s, self.offsets_s)
+        about = np.interp(stamps_s, self.stamps_s, self.offsets_s - np.polyval(trend, self.stamps_s))
+        return np.asarray(stamps_s + np.polyval(trend, stamps_s) + about)
+
+
+def _line(stamps_s: Array, offsets_s: Array) -> Array:
+    """Slope and offset of the drift; without a slope where there are too few knots for one."""
+    return (
+        np.polyfit(stamps_s, offsets_s, 1) if len(stamps_s) >= _LEAST_FOR_DRIFT else np.array((0.0, offsets_s.mean()))
+    )
 
 
 def clock_of(stamps_s: Array, arrivals_s: Array, exchanges: Sequence[Exchange]) -> Clock:
