@@ -110,7 +110,7 @@ def identify(command: Signal, answer: Signal, spans: Sequence[Span], kind: Kind)
     windows, used = cut(answer.times_s, spans, WINDOW_S[kind], gap_s, _LEAST_PER_WINDOW, order)
     if windows.count < LEAST_WINDOWS or len(used) < LEAST_SAMPLES:
         return Refused(
-            f"too little data: {len(used)} answers in {windows.count} windows while it followed commands in the air"
+            f"too little data: {len(used)} answers in {_seconds(windows):.1f} s while it followed commands in the air"
         )
     problem = Problem(command.times_s, command.values, answer.values[used], windows, kind == "integrating")
     if problem.command_sd <= 1e-9 * (1.0 + float(np.max(np.abs(command.values)))):

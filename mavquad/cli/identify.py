@@ -47,7 +47,10 @@ def _nothing(found: Identification) -> str:
     ]
     reasons = {reason for _, reason in named}
     words = reasons if len(reasons) == 1 else [f"{name}: {reason}" for name, reason in named]
-    return "nothing can be identified: " + "; ".join(words)
+    begin = "nothing can be identified"
+    if all(report.own for report in found.depths):
+        begin += " from the autopilot's own commands, and others are not in it, or not wanted"
+    return f"{begin}: {'; '.join(words)}"
 
 
 def _draw(found: Identification, output: Path, title: str) -> None:

@@ -77,7 +77,7 @@ def test_only_the_figure_that_was_asked_for_is_written(cli, flight, tmp_path) ->
         (["missing.tlog"], "missing.tlog: no such file"),
         (["."], "is a folder, not a file"),
         (["missing.tlog", "-o", "x.pdf"], "'x.pdf' does not end with .png"),
-        ([], "Missing argument 'LOG'"),
+        ([], "Missing argument 'log'"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else None,
 )
@@ -99,7 +99,11 @@ def cut(flight: Path, path: Path, least_s: float, most_s: float) -> None:
 
 @pytest.mark.parametrize(
     ("most_s", "words"),
-    [(7.0, "no attitude, rate or torque setpoints in it"), (8.6, "too little data"), (10.5, "too little data")],
+    [
+        (1.9, "no attitude, rate or torque setpoints in it"),
+        (7.0, "nothing can be identified from the autopilot's own commands"),
+        (10.5, "nothing can be identified: too little data"),
+    ],
 )
 def test_a_log_that_says_nothing_says_why(cli, flight, tmp_path, most_s, words) -> None:
     cut(flight, tmp_path / "part.tlog", 0.0, most_s)
