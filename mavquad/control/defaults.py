@@ -37,19 +37,19 @@ class Defaults:
 
 
 _TORQUE = {"yaw_omega0_rad_s": 2.0}
-_RATE = {"dead_time_s": 0.045, "lag_s": 0.06, "yaw_dead_time_s": 0.05, "yaw_lag_s": 0.3, "yaw_omega0_rad_s": 1.2}
-_ATTITUDE = {"dead_time_s": 0.08, "lag_s": 0.15, "yaw_dead_time_s": 0.1, "yaw_lag_s": 0.4, "yaw_omega0_rad_s": 1.0}
+_RATE = {"dead_time_s": 0.045, "lag_s": 0.048, "yaw_dead_time_s": 0.037, "yaw_lag_s": 0.5, "yaw_omega0_rad_s": 1.2}
+_ATTITUDE = {"dead_time_s": 0.113, "lag_s": 0.06, "yaw_dead_time_s": 0.35, "yaw_lag_s": 0.22, "yaw_omega0_rad_s": 1.0}
 
 _DEFAULTS: dict[tuple[Depth, Measurements], Defaults] = {
     ("torque", "position_yaw"): Defaults(2.7, 2.8, observer_spread=2.0, **_TORQUE),
-    ("torque", "position_attitude"): Defaults(2.7, 2.5, **_TORQUE),
-    ("torque", "full"): Defaults(3.0, 2.0, **_TORQUE),
+    ("torque", "position_attitude"): Defaults(3.0, 2.5, **_TORQUE),
+    ("torque", "full"): Defaults(4.0, 2.0, 16.0, 12.0, 12.0, **_TORQUE),
     ("rate", "position_yaw"): Defaults(2.0, 4.0, **_RATE),
     ("rate", "position_attitude"): Defaults(2.5, 3.0, **_RATE),
-    ("rate", "full"): Defaults(2.5, 3.0, **_RATE),
+    ("rate", "full"): Defaults(3.2, 2.5, 16.0, 10.0, **_RATE),
     ("attitude", "position_yaw"): Defaults(1.5, 3.0, **_ATTITUDE),
     ("attitude", "position_attitude"): Defaults(1.5, 3.0, **_ATTITUDE),
-    ("attitude", "full"): Defaults(1.5, 3.0, **_ATTITUDE),
+    ("attitude", "full"): Defaults(2.5, 2.5, 12.0, **_ATTITUDE),
 }
 
 
