@@ -62,6 +62,34 @@ def test_no_bound_is_passed_and_one_is_reached(way, limits):
         assert times[k] >= sum(times[k + 1 :]) * (1.0 - 1e-9)
 
 
+LIMITS = [
+    Bounds(1.5, 1.2, 2.5, 8.0),
+    Bounds(1.0, 4.0, 1.0, 9.0),
+    Bounds(0.8, 0.8, 0.75, 2.1),
+    Bounds(3.0, 1.0, 9.0, 1.0),
+]
+
+
+@pytest.mark.parametrize("limits", LIMITS, ids=str)
+@pytest.mark.parametrize("way", [0.01, 0.3, 2.0, 7.0, 60.0])
+def test_no_other_boxcars_of_this_shape_are_faster(way, limits):
+    """All of a grid around the solution: T5 = T4, T1 as short as the bounds and the order of the boxcars allow."""
+    times = boxcars(way, limits)
+    factors = [1.15**k for k in range(-9, 10)]
+    for f2, f3, f4 in itertools.product(factors, repeat=3):
+        t2, t3, t4 = times[1] * f2, times[2] * f3, times[3] * f4
+        if t3 < 2.0 * t4 or t2 < t3 + 2.0 * t4:
+            continue
+        t1 = max(
+            way / limits.first,
+            way / limits.second / t2,
+            way / limits.third / t2 / t3,
+            way / limits.fourth / t2 / t3 / t4,
+            t2 + t3 + 2.0 * t4,
+        )
+        assert t1 + t2 + t3 + 2.0 * t4 >= sum(times) * (1.0 - 1e-9)
+
+
 @given(st.floats(1e-3, 1e3), bounds, st.floats(0.0, 1.0))
 def test_the_spline_keeps_to_the_bounds(way, limits, share):
     profile = step(boxcars(way, limits))
