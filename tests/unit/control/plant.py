@@ -19,7 +19,6 @@ from mavquad.types import (
     Depth,
     LawCommand,
     Position,
-    RateCommand,
     ReferencePoint,
     TorqueCommand,
 )

@@ -69,7 +69,7 @@ def test_a_far_goal_asks_for_no_more_than_the_tilt() -> None:
     assert _demand(far, leaning, limits).w[2:] == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
-def _thrust(got: Demand, winds: tuple[float, float, float]) -> tuple[float, float, float]:
+def _thrust(got: Demand) -> tuple[float, float, float]:
     """The thrust per mass that a demand at depth attitude means: w = push + wind - sigma, and sigma is the wind there."""
     wz, _, wx, wy = got.w
     return wx, wy, wz + G
@@ -83,7 +83,7 @@ def test_wind_does_not_count_as_tilt(wind_x: float, goal: tuple[float, float]) -
     limits = replace(WIDE, tilt_tangent=math.tan(tilt), thrust_low_m_s2=3.0, thrust_high_m_s2=20.0)
     blown = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, wind_x), (0.0, 0.0, 0.0)
     got = _demand((STILL, STILL, _at(goal[0]), _at(goal[1])), blown, limits, (0.0, wind_x, 0.0), length=2)
-    tx, ty, tz = _thrust(got, (0.0, wind_x, 0.0))
+    tx, ty, tz = _thrust(got)
     lean = math.atan2(math.hypot(tx, ty), tz)
     assert lean <= tilt + 1e-9
     if max(map(abs, goal)) > 10.0:
@@ -108,7 +108,7 @@ def test_the_thrust_stays_within_its_shell(climb: float) -> None:
     for wind in ((0.0, 0.0, 0.0), (2.0, -3.0, 4.0), (-4.0, 0.0, 0.0)):
         sigma = [(0.0, 0.0, wind[0]), (0.0, 0.0, 0.0), (0.0, 0.0, wind[1]), (0.0, 0.0, wind[2])]
         got = _demand((_at(climb), STILL, _at(80.0), _at(-90.0)), tuple(sigma), limits, wind, length=2)
-        tx, ty, tz = _thrust(got, wind)
+        tx, ty, tz = _thrust(got)
         assert low - 1e-9 <= tz <= high + 1e-9
         assert math.hypot(tx, ty) <= math.sqrt(max(high**2 - tz**2, 0.01 * high**2)) + 1e-9
 

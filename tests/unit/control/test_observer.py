@@ -227,7 +227,7 @@ def test_the_errors_are_block_triangular(indices: tuple[int, ...]) -> None:
         sees = np.zeros(matrix.shape[0])
         sees[row.index] = 1.0
         sees[spec.length + place] = -1.0
-        before = [k for k in range(row.index)]
+        before = list(range(row.index))
         assert np.abs((sees @ matrix)[before]).max() == 0.0
         # The state and its offset enter together only, as what the row measures.
         both = sees @ matrix
