@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from mavquad.control.model import GRAVITY_M_S2
 from mavquad.control.params import LawParams
 from mavquad.control.reference import Pose
-from mavquad.control.trajectories.curves import Spline
+from mavquad.control.trajectories.along import Along
 from mavquad.control.trajectories.heading import NoHeading
-from mavquad.control.trajectories.spline import NoCurve, misses_m, spline
+from mavquad.control.trajectories.spline import NoCurve, misses_m
 from mavquad.flight.guards import GuardParams
 from mavquad.flight.mission import Mission
 from mavquad.flight.mission_params import MissionParams
@@ -150,7 +150,7 @@ def _miss(mission: MissionParams) -> str | None:
     if mission.name != "file":
         return None
     rows = samples(mission.points)
-    curve: Spline = spline(rows, mission.knot_s)
+    curve = next(motion.curve for motion in plan_mission(mission).motions if isinstance(motion, Along))
     miss_m, index = max((miss, index) for index, miss in enumerate(misses_m(curve, rows)))
     if miss_m <= MISS_MAX_M:
         return None

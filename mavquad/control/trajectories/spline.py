@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from mavquad.control.trajectories.curves import Spline
+from mavquad.control.trajectories.curves import Curve, Spline
 from mavquad.control.trajectories.taylor import Row
 
 Numbers = npt.NDArray[np.float64]
@@ -79,7 +79,7 @@ def spline(samples: Sequence[Sample], least_s: float = 0.0) -> Spline:
     return curve
 
 
-def misses_m(curve: Spline, samples: Sequence[Sample]) -> list[float]:
+def misses_m(curve: Curve, samples: Sequence[Sample]) -> list[float]:
     """How far the curve passes from each sample at its time, m."""
     start = samples[0][0]
     found = []

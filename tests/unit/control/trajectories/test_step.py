@@ -90,6 +90,11 @@ def test_no_other_boxcars_of_this_shape_are_faster(way, limits):
         assert t1 + t2 + t3 + 2.0 * t4 >= sum(times) * (1.0 - 1e-9)
 
 
+def test_where_only_the_fourth_bound_is_reached_each_boxcar_is_as_long_as_all_after_it():
+    """D = s T1 T2 T3 T4 = 8 * 2 * 1 * 0.5 * 0.25."""
+    assert boxcars(2.0, LIMITS[0]) == pytest.approx((2.0, 1.0, 0.5, 0.25, 0.25), rel=1e-12)
+
+
 @given(st.floats(1e-3, 1e3), bounds, st.floats(0.0, 1.0))
 def test_the_spline_keeps_to_the_bounds(way, limits, share):
     profile = step(boxcars(way, limits))
