@@ -28,6 +28,8 @@ LEAST_SAMPLES = 150
 LEAST_EXPLAINED = 0.05
 LARGEST_GAIN_ERROR = 0.1
 LARGEST_TIME_ERROR_S = 0.02
+LARGEST_TIME_ERROR = 0.1
+"""Of dead time and lag together; the larger of both limits counts, since a slow loop forgives more."""
 _LEAST_PER_WINDOW = 15
 _GAPS_OF_SPACING = 5.0
 _LEAST_GAP_S = 0.1
@@ -163,7 +165,7 @@ def _judged(fit: AxisFit | Refused) -> AxisFit | Refused:
         return Refused(f"the answer goes against the command (gain {fit.gain.value:.3g})")
     if fit.gain.error > LARGEST_GAIN_ERROR * fit.gain.value:
         return Refused(f"too little excitation: the gain is known within {fit.gain.error / fit.gain.value:.0%} only")
-    if fit.total_s.error > LARGEST_TIME_ERROR_S:
+    if fit.total_s.error > max(LARGEST_TIME_ERROR_S, LARGEST_TIME_ERROR * fit.total_s.value):
         return Refused(
             f"too little excitation: dead time and lag together are known within {fit.total_s.error * 1e3:.0f} ms only"
         )

@@ -11,13 +11,13 @@ from scipy.optimize import minimize
 from mavquad.analysis.identification_model import Array, LaggedCommand
 from mavquad.analysis.identification_windows import NO_FILTER, Projection, Windows, autoregression
 
-DEAD_RANGE_S = (-0.03, 0.4)
-LAG_RANGE_S = (0.0, 0.6)
+DEAD_RANGE_S = (-0.03, 0.6)
+LAG_RANGE_S = (0.0, 1.5)
 FILTER_ORDER = 3
 """Of the whitening filter: white measurement noise and a slow disturbance together need more than one."""
 
-_GRID_DEAD_S = np.arange(-0.02, 0.4, 0.02)
-_GRID_LAG_S = (0.0, 0.02, 0.04, 0.08, 0.15, 0.3)
+_GRID_DEAD_S = np.arange(-0.02, 0.6, 0.02)
+_GRID_LAG_S = (0.0, 0.02, 0.04, 0.08, 0.15, 0.3, 0.6, 1.2)
 _ROUNDS = 3
 _STEP_S = 2e-3
 _HUBER = 2.5

@@ -164,7 +164,7 @@ def test_an_answer_the_wrong_way_round() -> None:
 
 
 def test_an_answer_that_comes_later_than_is_searched() -> None:
-    command, answer = truth("static", 0.46, 0.02, 1)
+    command, answer = truth("static", 0.66, 0.02, 1)
     assert "within the range searched" in refusal(command, answer)
 
 
