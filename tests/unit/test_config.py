@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+
 import pytest
 
 from mavquad.config import Config, Override, default_path, dump, load, parse_override, read_toml, with_overrides
+from mavquad.control.defaults import CHAIN_LENGTHS, defaults
 from mavquad.errors import ConfigError
 from mavquad.flight.machine import Phase
+
+POLES = "[[-1, 0], [-1, 0], [-1, 0], [-2, 0]]"
 
 
 @pytest.fixture
@@ -178,13 +183,28 @@ def test_time_limits_of_the_phases():
             "law.delay_s times streams.position_hz must be at most 50",
         ),
         ({"airframe.torque_scale_frd_rad_s2": "[0, 113, 13.3]"}, "greater than 0.1"),
-        ({"law.polynomial": '"poles"', "law.poles": "[[-1e-9,0],[-1,0],[-1,0],[-1,0]]"}, "-0.05 or less"),
+        ({"law.polynomial": '"poles"', "law.poles": POLES}, "poles want a depth of their own"),
+        ({"law.depth": "rate", "law.polynomial": '"poles"', "law.poles": POLES}, "wants 3 poles, not 4"),
+        (
+            {"law.depth": "torque", "law.polynomial": '"poles"', "law.poles": POLES.replace("-2", "-1e-9")},
+            "-0.05 or less",
+        ),
+        ({"law.kappa_rad_s": "0.5"}, "omega0_rad_s ({omega0_rad_s:g} at depth torque)"),
+        ({"law.depth": "attitude", "law.yaw_kappa_rad_s": "0.5"}, "({yaw_omega0_rad_s:g} at depth attitude)"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, dict) else None,
 )
 def test_settings_that_contradict_each_other_are_refused_and_the_option_is_named(overrides, words):
     given = [Override(key, text) for key, text in overrides.items()]
+    known = defaults("attitude" if "attitude" in overrides.values() else "torque", "full")
     with pytest.raises(ConfigError) as refused:
         load(default_path(), given)
-    assert words in str(refused.value)
+    assert words.format(**asdict(known)) in str(refused.value)
     assert str(refused.value).startswith("--set")
+
+
+def test_poles_of_each_depths_own_number_are_taken():
+    for depth, count in CHAIN_LENGTHS.items():
+        given = {"law.depth": depth, "law.polynomial": "poles", "law.poles": str([[-1.0, 0.0]] * count)}
+        law = load(default_path(), [Override(*item) for item in given.items()]).law
+        assert len(law.poles) == count

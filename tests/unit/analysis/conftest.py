@@ -9,17 +9,19 @@ import random
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from mavquad.control.defaults import CHAIN_LENGTHS, YAW_LENGTHS
 from mavquad.flight_record import TraceRow
 from mavquad.tlog import TlogWriter, scan
+from mavquad.types import CHANNELS, Depth
 
 
-def _trace(seconds: float, rate_hz: int = 100, seed: int = 1) -> list[TraceRow]:
+def _trace(seconds: float, rate_hz: int = 100, seed: int = 1, depth: Depth = "torque") -> list[TraceRow]:
     """A hover, then a 2 m box with a quarter turn, with errors of some centimetres and two limits now and then."""
     noise = random.Random(seed)
-    return [_row(k / rate_hz, noise) for k in range(int(seconds * rate_hz))]
+    return [_row(k / rate_hz, noise, depth) for k in range(int(seconds * rate_hz))]
 
 
-def _row(t: float, noise: random.Random) -> TraceRow:
+def _row(t: float, noise: random.Random, depth: Depth) -> TraceRow:
     side, part = divmod(max(t - 10.0, 0.0) / 8.0, 1.0)
     corners = [(0.0, 0.0), (2.0, 0.0), (2.0, -2.0), (0.0, -2.0)]
     (x0, y0), (x1, y1) = corners[int(side) % 4], corners[int(side + 1) % 4]
@@ -31,14 +33,16 @@ def _row(t: float, noise: random.Random) -> TraceRow:
     wobble = [0.02 * math.sin(0.9 * t + i) + noise.gauss(0.0, 0.003) for i in range(4)]
     measured = tuple(r + w + decay for r, w in zip(reference, wobble, strict=True))
     zero = (0.0, 0.0, 0.0, 0.0)
+    lengths = [YAW_LENGTHS[depth] if channel == "yaw" else CHAIN_LENGTHS[depth] for channel in CHANNELS]
     return TraceRow(
         stamp_us=1_700_000_000_000_000 + round(t * 1e6) // 4 * 4,
         vehicle_stamp_us=5_000_000 + round(t * 1e6),
         phase="hover" if t < 10.0 else "mission",
         measured=measured,
         reference=reference,
-        zeta_hat=tuple((value, 0.1, 0.2, 0.3) for value in measured),
+        zeta_hat=tuple((value, 0.1, 0.2, 0.3)[:length] for value, length in zip(measured, lengths, strict=True)),
         sigma=tuple(math.sin(t / 3 + i) * (1 + i) + noise.gauss(0, 0.2) for i in range(4)),
+        wind=(1.5, -0.5, 0.25),
         demanded=zero,
         input=(noise.gauss(0, 1.0), 0.0, 0.5, -0.5),
         controls=(noise.gauss(0, 0.02), noise.gauss(0, 0.02), noise.gauss(0, 0.01), 0.5 + noise.gauss(0, 0.01)),
@@ -48,7 +52,7 @@ def _row(t: float, noise: random.Random) -> TraceRow:
 
 @pytest.fixture(scope="session")
 def make_trace():
-    """`make_trace(seconds)`: the rows of a synthetic flight."""
+    """`make_trace(seconds, depth=...)`: the rows of a synthetic flight."""
     return _trace
 
 

@@ -15,6 +15,7 @@ from mavquad.analysis.figures import flight_figure, survey_figure
 from mavquad.analysis.metrics import FlightMetrics
 from mavquad.analysis.shadow import shadow
 from mavquad.analysis.survey import survey
+from mavquad.control.defaults import DEPTHS
 from mavquad.errors import RunFolderError
 from mavquad.tlog import scan
 
@@ -31,10 +32,10 @@ def size_of(path):
     return width, height
 
 
-@pytest.fixture(scope="module")
-def flight_png(make_trace, tmp_path_factory):
+@pytest.fixture(scope="module", params=DEPTHS)
+def flight_png(request, make_trace, tmp_path_factory):
     path = tmp_path_factory.mktemp("figures") / "flight.png"
-    rows = make_trace(20.0, rate_hz=20)
+    rows = make_trace(20.0, rate_hz=20, depth=request.param)
     flight_figure(rows, [(rows[100].stamp_us, "box begins")], path, "a flight")
     return path
 
@@ -71,7 +72,28 @@ def test_phases_events_limits_and_metrics_are_named(monkeypatch, make_trace):
         texts
     )
     assert "long before" not in texts
-    assert "σ (m/s⁴;\nyaw rad/s⁴)" in texts
+
+
+@pytest.mark.parametrize(
+    ("depth", "sigma", "controls"),
+    [
+        ("torque", "σ (m/s⁴;\nyaw rad/s²)", "torque (norm.)"),
+        ("rate", "σ (m/s³;\nyaw rad/s)", "body rates\n(rad/s)"),
+        ("attitude", "σ (m/s²;\nyaw rad/s)", "attitude (rad)"),
+    ],
+)
+def test_each_depth_has_its_own_units(monkeypatch, make_trace, depth, sigma, controls):
+    rows = make_trace(2.0, rate_hz=20, depth=depth)
+    texts = texts_of(monkeypatch, lambda: flight_figure(rows, [], "x.png", ""))
+    assert {sigma, controls} <= set(texts)
+
+
+def test_a_padded_yaw_has_the_units_of_its_longer_chain(monkeypatch, make_trace):
+    rows = [
+        replace(row, zeta_hat=(row.zeta_hat[0], row.zeta_hat[0], *row.zeta_hat[2:]))
+        for row in make_trace(2.0, rate_hz=20)
+    ]
+    assert "σ (m/s⁴;\nyaw rad/s⁴)" in texts_of(monkeypatch, lambda: flight_figure(rows, [], "x.png", ""))
 
 
 def test_without_limits_it_says_so(monkeypatch, make_trace):

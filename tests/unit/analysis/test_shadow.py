@@ -86,5 +86,5 @@ def test_gain_follows_the_rate_up_to_its_cap():
 
 def test_the_observer_at_rest_stays_at_rest():
     estimates = observe(5.0, 0, [0, 100_000, 250_000], [1.5, 1.5, 1.5])
-    assert [estimate.values for estimate in estimates] == [(1.5, 0.0, 0.0)] * 3
+    assert estimates == [(1.5, 0.0, 0.0)] * 3
     assert observe(5.0, 0, [], []) == []

@@ -10,26 +10,42 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mavquad.analysis.trace import HEADER, read_trace, write_trace
+from mavquad.analysis.trace import TraceWriter, header, read_trace, write_trace
+from mavquad.control.defaults import CHAIN_LENGTHS, DEPTHS, YAW_LENGTHS
 from mavquad.errors import LogError
 from mavquad.flight_record import TraceRow
+from mavquad.types import CHANNELS
 
+LENGTHS = {depth: (CHAIN_LENGTHS[depth], YAW_LENGTHS[depth]) for depth in DEPTHS}
+PADDED = [(4, 3), (4, 4), (3, 2), (3, 3), (2, 2), (2, 3)]
+"""With integrators before the yaw."""
+COLUMNS = {"torque": 45, "rate": 41, "attitude": 38}
 NUMBERS = st.floats(allow_nan=False)
 VECTORS = st.tuples(NUMBERS, NUMBERS, NUMBERS, NUMBERS)
-ROWS = st.builds(
-    TraceRow,
-    stamp_us=st.integers(0, 2**62),
-    vehicle_stamp_us=st.integers(0, 2**62),
-    phase=st.text(st.characters(codec="utf-8", exclude_characters="\r\n\0"), max_size=12),
-    measured=VECTORS,
-    reference=VECTORS,
-    zeta_hat=st.tuples(VECTORS, VECTORS, VECTORS, VECTORS),
-    sigma=VECTORS,
-    demanded=VECTORS,
-    input=VECTORS,
-    controls=VECTORS,
-    limits=st.lists(st.sampled_from(["tilt", "snap", "thrust floor"]), max_size=3).map(tuple),
-)
+
+
+def rows_of(lengths):
+    """Rows whose chains have these lengths."""
+    place, yaw = lengths
+    estimates = [st.tuples(*[NUMBERS] * (yaw if channel == "yaw" else place)) for channel in CHANNELS]
+    return st.builds(
+        TraceRow,
+        stamp_us=st.integers(0, 2**62),
+        vehicle_stamp_us=st.integers(0, 2**62),
+        phase=st.text(st.characters(codec="utf-8", exclude_characters="\r\n\0"), max_size=12),
+        measured=VECTORS,
+        reference=VECTORS,
+        zeta_hat=st.tuples(*estimates),
+        sigma=VECTORS,
+        wind=st.tuples(NUMBERS, NUMBERS, NUMBERS),
+        demanded=VECTORS,
+        input=VECTORS,
+        controls=VECTORS,
+        limits=st.lists(st.sampled_from(["tilt", "snap", "thrust floor"]), max_size=3).map(tuple),
+    )
+
+
+FLIGHTS = st.sampled_from([*LENGTHS.values(), *PADDED]).flatmap(lambda lengths: st.lists(rows_of(lengths), max_size=3))
 
 
 @pytest.fixture(scope="module")
@@ -43,52 +59,149 @@ def written(path, rows):
     return path
 
 
-@given(rows=st.lists(ROWS, max_size=3))
+@given(rows=FLIGHTS)
 def test_round_trip_to_the_last_bit(folder, rows):
     assert repr(read_trace(written(folder / "trace.csv", rows))) == repr(rows)
 
 
-def test_each_number_stands_under_its_own_name():
+@pytest.mark.parametrize("depth", DEPTHS)
+def test_a_flight_of_each_depth_reads_back_as_one(folder, make_trace, depth):
+    rows = make_trace(0.05, depth=depth)
+    read = read_trace(written(folder / f"{depth}.csv", rows))
+    assert read == rows
+    assert {row.depth for row in read} == {depth}
+
+
+def test_the_law_that_was_never_in_control_leaves_an_empty_file(folder):
+    path = written(folder / "empty.csv", [])
+    assert path.read_text() == ""
+    assert read_trace(path) == []
+
+
+def test_rows_that_come_in_parts_stand_under_one_header(make_trace):
+    rows = make_trace(0.05, depth="rate")
+    parts, whole = io.StringIO(), io.StringIO()
+    writer = TraceWriter(parts)
+    for part in ([], rows[:2], [], rows[2:]):
+        writer.write(part)
+    write_trace(whole, rows)
+    assert parts.getvalue() == whole.getvalue()
+    assert parts.getvalue().count("stamp_us,vehicle_stamp_us") == 1
+
+
+def counted(place, yaw):
+    """A row whose numbers count up in the order of the fields."""
     counter = iter(range(100))
 
-    def vec4():
-        return tuple(float(next(counter)) for _ in range(4))
+    def vector(length=4):
+        return tuple(float(next(counter)) for _ in range(length))
 
-    row = TraceRow(
-        11, 22, "hover", vec4(), vec4(), (vec4(), vec4(), vec4(), vec4()), *(vec4() for _ in range(4)), ("a", "b")
+    return TraceRow(
+        stamp_us=11,
+        vehicle_stamp_us=22,
+        phase="hover",
+        measured=vector(),
+        reference=vector(),
+        zeta_hat=(vector(place), vector(yaw), vector(place), vector(place)),
+        sigma=vector(),
+        wind=vector(3),
+        demanded=vector(),
+        input=vector(),
+        controls=vector(),
+        limits=("a", "b"),
     )
-    stream = io.StringIO()
-    write_trace(stream, [row])
-    [cells] = csv.DictReader(io.StringIO(stream.getvalue()))
-    assert (cells["stamp_us"], cells["vehicle_stamp_us"], cells["phase"], cells["limits"]) == (
-        "11",
-        "22",
-        "hover",
-        "a+b",
-    )
-    expected = {
+
+
+def named_torque(row):
+    return {
+        "zeta_hat_z_m_s3": row.zeta_hat[0][3],
+        "zeta_hat_yaw_rad_s": row.zeta_hat[1][1],
+        "zeta_hat_x_m_s2": row.zeta_hat[2][2],
+        "zeta_hat_y_m": row.zeta_hat[3][0],
+        "sigma_z_m_s4": row.sigma[0],
+        "sigma_yaw_rad_s2": row.sigma[1],
+        "demanded_y_m_s4": row.demanded[3],
+        "input_thrust_m_s4": row.input[0],
+        "input_yaw_rad_s2": row.input[1],
+        "input_roll_rad_s2": row.input[2],
+        "input_pitch_rad_s2": row.input[3],
+        "control_roll_norm": row.controls[0],
+        "control_yaw_norm": row.controls[2],
+    }
+
+
+def named_rate(row):
+    return {
+        "zeta_hat_z_m_s2": row.zeta_hat[0][2],
+        "zeta_hat_yaw_rad": row.zeta_hat[1][0],
+        "zeta_hat_x_m_s": row.zeta_hat[2][1],
+        "sigma_y_m_s3": row.sigma[3],
+        "sigma_yaw_rad_s": row.sigma[1],
+        "demanded_x_m_s3": row.demanded[2],
+        "input_thrust_m_s3": row.input[0],
+        "input_yaw_rad_s": row.input[1],
+        "input_roll_rad_s": row.input[2],
+        "input_pitch_rad_s": row.input[3],
+        "control_roll_rate_rad_s": row.controls[0],
+        "control_pitch_rate_rad_s": row.controls[1],
+    }
+
+
+def named_attitude(row):
+    return {
+        "zeta_hat_z_m_s": row.zeta_hat[0][1],
+        "zeta_hat_y_m_s": row.zeta_hat[3][1],
+        "sigma_x_m_s2": row.sigma[2],
+        "demanded_z_m_s2": row.demanded[0],
+        "demanded_yaw_rad_s": row.demanded[1],
+        "input_thrust_m_s2": row.input[0],
+        "input_yaw_rad_s": row.input[1],
+        "input_roll_rad": row.input[2],
+        "input_pitch_rad": row.input[3],
+        "control_pitch_rad": row.controls[1],
+        "control_yaw_rad": row.controls[2],
+    }
+
+
+def named_everywhere(row):
+    return {
         "measured_z_m": row.measured[0],
         "measured_yaw_rad": row.measured[1],
         "reference_x_m": row.reference[2],
         "reference_y_m": row.reference[3],
-        "zeta_hat_z_m_s": row.zeta_hat[0][1],
-        "zeta_hat_yaw_rad_s3": row.zeta_hat[1][3],
-        "zeta_hat_x_m_s2": row.zeta_hat[2][2],
-        "zeta_hat_y_m": row.zeta_hat[3][0],
-        "sigma_yaw_rad_s4": row.sigma[1],
-        "demanded_y_m_s4": row.demanded[3],
-        "input_v1_m_s4": row.input[0],
-        "input_pitch_rad_s2": row.input[3],
-        "control_roll_norm": row.controls[0],
+        "wind_x_m_s2": row.wind[0],
+        "wind_z_m_s2": row.wind[2],
         "control_thrust_norm": row.controls[3],
     }
+
+
+@pytest.mark.parametrize(
+    ("depth", "named"), [("torque", named_torque), ("rate", named_rate), ("attitude", named_attitude)]
+)
+def test_each_number_stands_under_its_own_name(depth, named):
+    row = counted(*LENGTHS[depth])
+    stream = io.StringIO()
+    write_trace(stream, [row])
+    [cells] = csv.DictReader(io.StringIO(stream.getvalue()))
+    words = ("stamp_us", "vehicle_stamp_us", "phase", "limits")
+    assert tuple(cells[name] for name in words) == ("11", "22", "hover", "a+b")
+    expected = named_everywhere(row) | named(row)
     assert {name: float(cells[name]) for name in expected} == expected
+    assert len(cells) == COLUMNS[depth]
 
 
-def test_every_number_has_a_unit_in_its_name():
+@pytest.mark.parametrize("lengths", [*LENGTHS.values(), *PADDED])
+def test_every_number_has_a_unit_in_its_name(lengths):
     units = ("_us", "_m", "_rad", "_s", "_s2", "_s3", "_s4", "_norm")
-    assert len(set(HEADER)) == len(HEADER) == 44
-    assert all(name.endswith(units) for name in HEADER if name not in ("phase", "limits"))
+    names = header(lengths)
+    place, yaw = lengths
+    assert len(set(names)) == len(names) == 4 + 8 + 3 * place + yaw + 19
+    assert all(name.endswith(units) for name in names if name not in ("phase", "limits"))
+
+
+def test_no_two_lengths_have_one_header():
+    headers = {header((place, yaw)) for place in (2, 3, 4) for yaw in (1, 2, 3, 4)}
+    assert len(headers) == 12
 
 
 def test_nan_survives(folder, make_trace):
@@ -101,10 +214,10 @@ def test_nan_survives(folder, make_trace):
 def test_what_is_not_a_trace_is_refused(folder, make_trace):
     good = written(folder / "good.csv", make_trace(0.03)).read_text()
     cases = {
-        "": "first line differs",
         "a,b,c\n1,2,3\n": "first line differs",
-        good + "1,2,3\n": "line 5: 3 cells instead of 44",
+        good + "1,2,3\n": "line 5: 3 cells instead of 45",
         good.replace(",hover,", ",hover,x", 1): "line 2: could not convert",
+        good.replace("control_roll_norm", "control_roll_rad", 1): "first line differs",
     }
     for text, reason in cases.items():
         path = folder / "bad.csv"

@@ -76,9 +76,36 @@ def test_restart_forgets():
 
 def test_the_law_is_told_what_the_controls_cannot_say():
     airframe = AirframeParams(torque_scale_frd_rad_s2=(20.0, 113.0, 1.5))
-    law = within_controls(LawParams(), airframe, trim_thrust_norm=0.8)
-    assert law.limits.thrust_max_g == pytest.approx(1.25)
-    assert law.saturation.roll_rad_s2 == 20.0
-    assert law.saturation.pitch_rad_s2 == LawParams().saturation.pitch_rad_s2
+    law = within_controls(LawParams(), airframe, hover_thrust_norm=0.6)
+    assert law.limits.thrust_max_g == pytest.approx(0.9 / 0.6)
+    assert law.saturation.roll_pitch_rad_s2 == 20.0
     assert law.limits.yaw_acceleration_max_deg_s2 == pytest.approx(math.degrees(1.5))
-    assert within_controls(LawParams(), AirframeParams(), 0.49) == LawParams()
+    assert within_controls(LawParams(), AirframeParams(), 0.44) == LawParams()
+
+
+@pytest.mark.parametrize("scale", [(20.0, 113.0, 13.3), (113.0, 20.0, 13.3)])
+def test_the_weaker_of_roll_and_pitch_bounds_both(scale):
+    law = within_controls(LawParams(), AirframeParams(torque_scale_frd_rad_s2=scale), 0.44)
+    assert law.saturation.roll_pitch_rad_s2 == 20.0
+
+
+@pytest.mark.parametrize(
+    ("hover_thrust_norm", "thrust_max_g"),
+    [(0.3, 2.0), (0.45, 2.0), (0.5, 1.8), (0.75, 1.2), (0.86, 1.05), (0.95, 1.05)],
+)
+def test_the_greatest_thrust_leaves_a_tenth_to_turn_with_and_is_never_less_than_the_hover(
+    hover_thrust_norm, thrust_max_g
+):
+    law = within_controls(LawParams(), AirframeParams(), hover_thrust_norm)
+    assert law.limits.thrust_max_g == pytest.approx(thrust_max_g)
+
+
+def test_the_laws_own_limits_stand_where_they_are_narrower():
+    own = LawParams.model_validate(
+        {
+            "saturation": {"roll_pitch_rad_s2": 3.0},
+            "limits": {"thrust_max_g": 1.1, "yaw_acceleration_max_deg_s2": 20.0},
+        }
+    )
+    airframe = AirframeParams(torque_scale_frd_rad_s2=(20.0, 113.0, 1.5))
+    assert within_controls(own, airframe, 0.6) == own
