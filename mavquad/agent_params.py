@@ -42,6 +42,8 @@ class FlightParams(Section):
     """To land and disarm; a real PX4 may bounce between "landing detected" and "takeoff detected" for half a minute."""
     disarm_s: float = Field(default=5.0, gt=0.0, le=60.0)
     """To disarm on the ground."""
+    force: bool = False
+    """Fly with gains that leave no margin on the configured link all the same."""
 
     def limit_s(self, phase: Phase) -> float:
         """The time limit of a phase; 0 where there is none."""

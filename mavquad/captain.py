@@ -10,8 +10,9 @@ from collections.abc import Callable, Iterable
 from typing import ClassVar
 
 from mavquad.agent_params import SETPOINTS_BEFORE_OFFBOARD, AgentParams
+from mavquad.analysis.margin_check import check_margins
 from mavquad.endpoint import NEVER_US, grid_us
-from mavquad.errors import MavquadError
+from mavquad.errors import ConfigError, MavquadError
 from mavquad.flight import reasons
 from mavquad.flight.airframe import HoverThrust
 from mavquad.flight.guards import Tripped, check
@@ -272,6 +273,12 @@ class Captain:
             words = ".".join(map(str, version))
             self._fire(Event.REFUSED, reasons.no_torque(f"PX4 {words} ignores torque setpoints silently"))
             return
+        if not self._params.flight.force:
+            try:
+                check_margins(self._params.law, self._params.streams, self._law.depth, "configuration")
+            except ConfigError as error:
+                self._fire(Event.REFUSED, error)
+                return
         self._note("law", f"depth {self._law.depth}, measurements {self._params.law.measured()}")
         self._takeoff.altitude_m = self._identification.parameters.get("MIS_TAKEOFF_ALT", 0.0)
         self._fire(Event.IDENTIFIED)

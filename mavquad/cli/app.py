@@ -56,6 +56,7 @@ DepthOption = Annotated[
     typer.Option(help="What the law commands: torque, rate, attitude; auto: by the firmware.", show_default=False),
 ]
 LawOption = Annotated[str | None, typer.Option(help="output-feedback or state-feedback.", show_default=False)]
+ForceOption = Annotated[bool, typer.Option("--force", help="Fly gains that leave no margin on this link all the same.")]
 SeedOption = Annotated[int | None, typer.Option(help="Seed of the mock's noise and losses.", show_default=False)]
 SetOption = Annotated[
     list[str] | None, typer.Option("--set", help="Any key of the configuration: key.path=value.", show_default=False)
@@ -76,6 +77,7 @@ def fly(
     duration: DurationOption = None,
     depth: DepthOption = None,
     law: LawOption = None,
+    force: ForceOption = False,
     seed: SeedOption = None,
     wind: WindOption = None,
     set_: SetOption = None,
@@ -90,6 +92,7 @@ def fly(
         "--mission": ("mission.name", mission),
         "--duration": ("mission.duration_s", duration),
         "--depth": ("law.depth", depth),
+        "--force": ("flight.force", "true" if force else None),
         "--law": ("law.form", law and law.replace("-", "_")),
         "--seed": ("seed", seed),
         "--wind": ("mock.wind_ned_m_s", _vector(wind)),
@@ -104,6 +107,7 @@ def sim(
     duration: DurationOption = None,
     depth: DepthOption = None,
     law: LawOption = None,
+    force: ForceOption = False,
     seed: SeedOption = None,
     wind: WindOption = None,
     latency_ms: LatencyOption = None,
@@ -120,6 +124,7 @@ def sim(
         "--mission": ("mission.name", mission),
         "--duration": ("mission.duration_s", duration),
         "--depth": ("law.depth", depth),
+        "--force": ("flight.force", "true" if force else None),
         "--law": ("law.form", law and law.replace("-", "_")),
         "--seed": ("seed", seed),
         "--wind": ("mock.wind_ned_m_s", _vector(wind)),

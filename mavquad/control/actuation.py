@@ -15,8 +15,9 @@ and the lag's own memory a(0) adds a(0) E_(k-1). No numerical integration, no ro
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
 from functools import lru_cache
+from typing import Any, NamedTuple
 
 from mavquad.types import Vec4
 
@@ -29,8 +30,7 @@ MAX_COMMANDS = 64
 """Bound on the memory: the oldest are forgotten first (a measurement stream that stood still needs no exact past)."""
 
 
-@dataclass(frozen=True, slots=True)
-class Response:
+class Response(NamedTuple):
     """Coefficients of one elapsed time for a chain of length r. `step` and `memory` list zeta_1 .. zeta_r, then a."""
 
     taylor: tuple[float, ...]
@@ -55,30 +55,30 @@ def response(length: int, lag_s: float, tau_us: int) -> Response:
     return Response(taylor, (*step, 1.0 - left), (*memory, left))
 
 
-@dataclass(frozen=True, slots=True)
-class Interval:
+class Interval(NamedTuple):
     """What happens between two moments: the command in force at the start and when others take over."""
 
     duration_us: int
     whole: Response
     first: Vec4
-    switches: tuple[tuple[tuple[float, ...], Vec4], ...]
+    switches: list[tuple[tuple[float, ...], Vec4]]
     """(answer to a unit step of that age at the end, change of the command)."""
 
 
 def interval(length: int, lag_s: float, commands: tuple[Command, ...], from_us: int, to_us: int) -> Interval:
     """The commands in force between two moments. Before the first command its own value is taken."""
-    in_force = commands[0][1]
-    first = in_force
+    at = len(commands) - 1
+    while at > 0 and commands[at][0] >= to_us:
+        at -= 1
     switches = []
-    for start_us, value in commands:
-        if start_us <= from_us:
-            first = value
-        elif start_us < to_us:
-            switches.append((response(length, lag_s, to_us - start_us).step, _difference(value, in_force)))
-        in_force = value
+    start_us, value = commands[at]
+    while at > 0 and start_us > from_us:
+        at -= 1
+        before_us, before = commands[at]
+        switches.append((response(length, lag_s, to_us - start_us).step, _difference(value, before)))
+        start_us, value = before_us, before
     duration_us = to_us - from_us
-    return Interval(duration_us, response(length, lag_s, duration_us), first, tuple(switches))
+    return Interval(duration_us, response(length, lag_s, duration_us), value, switches)
 
 
 def appended(commands: tuple[Command, ...], new: Command, oldest_needed_us: int) -> tuple[Command, ...]:
@@ -94,18 +94,44 @@ def appended(commands: tuple[Command, ...], new: Command, oldest_needed_us: int)
 
 def advance(state: list[float], lagged: float, span: Interval, channel: int) -> tuple[list[float], float]:
     """One chain (zeta_1 .. zeta_r, sigma) and its lagged input at the end of the interval, exactly."""
-    whole, first = span.whole, span.first[channel]
-    driven = [s * first + m * lagged for s, m in zip(whole.step, whole.memory, strict=True)]
-    for step, change in span.switches:
-        size = change[channel]
-        driven = [d + s * size for d, s in zip(driven, step, strict=True)]
-    lagged_end = driven.pop()
-    for i, total in enumerate(driven):
-        for coefficient, value in zip(whole.taylor, state[i:], strict=False):
-            total += coefficient * value
-        driven[i] = total
-    driven.append(state[-1])
-    return driven, lagged_end
+    return _ADVANCE[len(state) - 1](state, lagged, span, channel)
+
+
+def _written_out(length: int) -> Callable[[list[float], float, Interval, int], tuple[list[float], float]]:
+    """The sums of `advance` for one length of chain, without loops over the states: they are most of a step's cost.
+
+    zeta_i+ = step_i first + memory_i lagged + sum_k taylor_k zeta_(i+k) + sum over the switches of their step_i change
+    """
+    r = range(length)
+
+    def names(letter: str) -> str:
+        return ", ".join(f"{letter}{i}" for i in range(length + 1))
+
+    lines = [
+        "def advance(state, lagged, span, channel):",
+        f"    _, ((_, {', '.join(f'h{k + 1}' for k in r)},), ({names('s')}), ({names('m')})), first, switches = span",
+        "    first = first[channel]",
+        f"    {names('z')} = state",
+        *(
+            f"    d{i} = s{i} * first + m{i} * lagged + z{i} + "
+            + " + ".join(f"h{k} * z{i + k}" for k in range(1, length - i + 1))
+            for i in r
+        ),
+        f"    a = s{length} * first + m{length} * lagged",
+        f"    for ({names('s')}), change in switches:",
+        "        change = change[channel]",
+        *(f"        d{i} += s{i} * change" for i in r),
+        f"        a += s{length} * change",
+        f"    return [{', '.join(f'd{i}' for i in r)}, z{length}], a",
+    ]
+    scope: dict[str, Any] = {}
+    exec("\n".join(lines), scope)
+    written: Callable[[list[float], float, Interval, int], tuple[list[float], float]] = scope["advance"]
+    return written
+
+
+_LONGEST = 5
+_ADVANCE = {length: _written_out(length) for length in range(1, _LONGEST + 1)}
 
 
 def _difference(new: Vec4, old: Vec4) -> Vec4:

@@ -12,7 +12,7 @@ decoupling it is the paper's own. State feedback is eq. (6): the chains are the 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from mavquad.control.estimator import YAW, Estimator, X, Y, Z
 from mavquad.control.euler import body_acceleration, body_rates, euler_rates, trig
@@ -47,8 +47,7 @@ Channel = tuple[float, ...]
 References = tuple[Channel, Channel, Channel, Channel]
 
 
-@dataclass(frozen=True, slots=True)
-class Trace:
+class Trace(NamedTuple):
     """The law's evidence for one step. 4-vectors are in the order z, yaw, x, y, but for `inputs`."""
 
     stamp_us: int

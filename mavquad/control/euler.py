@@ -11,7 +11,7 @@ the two agree at level only, so the law's u2, u3, u4 pass through `body_accelera
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from mavquad.types import Vec3
 
@@ -19,8 +19,7 @@ _COS_PITCH_MIN = 1e-3
 """Nose straight up or down has no Euler rates; a finite answer is kept there."""
 
 
-@dataclass(frozen=True, slots=True)
-class Trig:
+class Trig(NamedTuple):
     """Sines and cosines of one attitude, worked out once a step."""
 
     s_roll: float

@@ -13,14 +13,13 @@ one that the observer hears of. Nothing is left to unwind: with the demand gone,
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 BARRIER_RAD_S = 12.0
 """k: how late the barrier may begin to brake. Well below the sampling rate, above the loop's bandwidth."""
 
 
-@dataclass(frozen=True, slots=True)
-class Integrator:
+class Integrator(NamedTuple):
     """u, rho, and the v that is being integrated; `order` integrators from v to u."""
 
     order: int

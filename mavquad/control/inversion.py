@@ -17,7 +17,7 @@ angles.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from mavquad.control.euler import Trig
 from mavquad.control.model import GRAVITY_M_S2
@@ -28,8 +28,7 @@ Inputs = Vec3
 """(thrust, roll, pitch): T or its derivative; angle, rate or acceleration about x and y."""
 
 
-@dataclass(frozen=True, slots=True)
-class Gain:
+class Gain(NamedTuple):
     """The input gain that the law counts on.
 
     Attributes:

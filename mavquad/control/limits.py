@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from mavquad.control.model import GRAVITY_M_S2
 from mavquad.types import Vec4
@@ -51,8 +52,7 @@ class DemandLimits:
     jerk_m_s3: float
 
 
-@dataclass(frozen=True, slots=True)
-class Demand:
+class Demand(NamedTuple):
     """What the law wants of the highest derivative of each output, and which limits were met."""
 
     w: Vec4
