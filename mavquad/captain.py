@@ -14,7 +14,7 @@ from mavquad.analysis.margin_check import check_margins
 from mavquad.endpoint import NEVER_US, grid_us
 from mavquad.errors import ConfigError, MavquadError
 from mavquad.flight import reasons
-from mavquad.flight.airframe import HoverThrust
+from mavquad.flight.airframe import HoverThrust, within_hover
 from mavquad.flight.guards import Tripped, check
 from mavquad.flight.law_flight import LawFlight
 from mavquad.flight.machine import IN_FLIGHT, Event, Phase, next_phase
@@ -280,7 +280,9 @@ class Captain:
                 self._fire(Event.REFUSED, error)
                 return
         self._note("law", f"depth {self._law.depth}, measurements {self._params.law.measured()}")
-        self._takeoff.altitude_m = self._identification.parameters.get("MIS_TAKEOFF_ALT", 0.0)
+        told = self._identification.parameters
+        self._takeoff.altitude_m = told.get("MIS_TAKEOFF_ALT", 0.0)
+        self._hover.parameter_norm = within_hover(told.get("MPC_THR_HOVER", 0.0))
         self._fire(Event.IDENTIFIED)
 
     def _enter_arming(self) -> None:

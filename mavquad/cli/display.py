@@ -126,6 +126,7 @@ def summary_table(summary: dict[str, Any]) -> RenderableType:
     rows = [
         ("outcome", Text(summary["outcome"], style="bold green" if summary["completed"] else "bold red")),
         ("vehicle", summary["vehicle"] or "-"),
+        ("law", f"depth {summary['depth']}, measurements {summary['measurements']}" if summary["depth"] else "-"),
         (
             "position error, RMS / max",
             f"{_cm(summary['position_rms_m'])} / {_cm(summary['position_max_m'])} (estimated)",

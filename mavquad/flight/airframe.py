@@ -29,13 +29,18 @@ class AirframeParams(Section):
 class HoverThrust:
     """Learns the thrust control that carries the weight, while the autopilot itself hovers.
 
-    At hover T cos(tilt) = g, so the level hover thrust is the mean of ATTITUDE_TARGET.thrust times cos(tilt).
+    At hover T cos(tilt) = g, so the level hover thrust is the mean of ATTITUDE_TARGET.thrust times cos(tilt). What is still
+    wrong with it goes into sigma.
+
+    Attributes:
+        parameter_norm: the autopilot's own figure (MPC_THR_HOVER), 0 where it has none: better than nothing.
     """
 
     def __init__(self, params: AirframeParams) -> None:
         self._fixed = params.hover_thrust_norm
         self._sum = 0.0
         self._count = 0
+        self.parameter_norm = 0.0
 
     def restart(self) -> None:
         """Forget what was learned: the vehicle is not hovering."""
@@ -54,7 +59,12 @@ class HoverThrust:
 
     @property
     def norm(self) -> float:
-        """The best figure at hand: from the config, else learned, else 0.5 (not `known`)."""
+        """The best figure at hand: from the config, else learned, else the autopilot's parameter, else 0.5."""
         if self._fixed > 0.0:
             return self._fixed
-        return self._sum / self._count if self._count else 0.5
+        return self._sum / self._count if self._count else self.parameter_norm or 0.5
+
+
+def within_hover(thrust_norm: float) -> float:
+    """A parameter's figure, or 0 if no vehicle hovers with it (NaN included)."""
+    return thrust_norm if LEAST_THRUST_NORM < thrust_norm < 1.0 - LEAST_THRUST_NORM else 0.0

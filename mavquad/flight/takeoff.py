@@ -14,6 +14,7 @@ from mavquad.types import Attitude, Position
 HOVER_SPEED_M_S = 0.4
 LIFTED_M = 0.5
 HIGH_SHARE = 0.5
+PATIENCE = 3
 
 
 class TakeoffWatch:
@@ -59,4 +60,7 @@ class TakeoffWatch:
             self._hover.restart()
             return False
         self._steady_since_us = min(self._steady_since_us, now_us)
-        return now_us - self._steady_since_us >= self._settle_us and self._hover.known
+        steady_us = now_us - self._steady_since_us
+        # A vehicle that does not tell its thrust is believed its parameter, but not at once.
+        told = self._hover.parameter_norm > 0.0 and steady_us >= PATIENCE * self._settle_us
+        return steady_us >= self._settle_us and (self._hover.known or told)

@@ -10,7 +10,7 @@ from mavquad.protocol.command import Command, CommandExchange, Reply, request_me
 from mavquad.protocol.params import ParamReader
 from mavquad.protocol.streams import StreamParams, requests
 
-PARAMETERS = ("MIS_TAKEOFF_ALT", "COM_RCL_EXCEPT")
+PARAMETERS = ("MIS_TAKEOFF_ALT", "COM_RCL_EXCEPT", "MPC_THR_HOVER")
 VERSION_REQUESTS = 5
 UNKNOWN_VERSION = (0, 0, 0)
 
