@@ -7,7 +7,7 @@ import pytest
 from mavquad.flight.machine import Phase
 from mavquad.protocol.codec import mavlink
 from mavquad.protocol.firmware import px4
-from tests.dialogues.peer import Dialogue, ScriptedVehicle
+from tests.dialogues.peer import PARAMETERS, Dialogue, ScriptedVehicle
 
 POSCTL = px4.Mode(3)
 
@@ -101,12 +101,21 @@ def test_a_landing_that_is_refused_once_is_asked_for_again() -> None:
 
 
 def test_without_the_hover_thrust_the_law_does_not_take_over() -> None:
-    dialogue = Dialogue(ScriptedVehicle(muted={"ATTITUDE_TARGET"})).run()
+    without = {name: value for name, value in PARAMETERS.items() if name != "MPC_THR_HOVER"}
+    dialogue = Dialogue(ScriptedVehicle(muted={"ATTITUDE_TARGET"}, parameters=without)).run()
     assert dialogue.agent.error is not None
     assert dialogue.agent.error.exit_code == 3
     assert "hover thrust is not known" in dialogue.agent.error.message
     assert dialogue.agent.status().setpoints_sent == 0
     assert not dialogue.vehicle.armed
+
+
+def test_a_vehicle_that_does_not_tell_its_thrust_is_believed_its_parameter() -> None:
+    """Three times the settling time after it is steady, since the parameter may be far off."""
+    mute, telling = (Dialogue(ScriptedVehicle(muted=muted)).run() for muted in ({"ATTITUDE_TARGET"}, set()))
+    assert mute.agent.error is None
+    assert mute.agent.status().hover_thrust_norm == 0.45
+    assert telling.agent.status().hover_thrust_norm == pytest.approx(0.5, abs=0.01)
 
 
 @pytest.mark.parametrize(("round_trip_ms", "arms"), [(50, True), (350, False)])
