@@ -47,6 +47,8 @@ def identification_figure(found: Identification, report: DepthReport, path: Path
         if isinstance(fit, Refused):
             axes.text(0.5, 0.5, fit.reason, transform=axes.transAxes, ha="center", color=canvas.MUTED, fontsize=11)
             canvas.label(axes, name)
+            axes.set_xticks([])
+            axes.set_yticks([])
         else:
             _draw(axes, fit, command, report.depth, _COLOURS[row])
             quantity, _ = _ANSWERS[report.depth]
