@@ -3,7 +3,7 @@
 While no limit is met, observer, prediction and law are linear: what they do with numbers they do with vectors. So the code of
 `mavquad.control` is run once over one beat, and every number that passes through it is the vector of its coefficients on
 
-    the state at the beginning of the beat, a disturbance q of each command on its way to the plant, and each sample's noise.
+    the state at the beginning of the beat, a disturbance q of each command where it begins to act, and each sample's noise.
 
 The plant is the ideal chain behind delay, dead time and first-order lag: level, no friction, no wind. As in the law itself,
 thrust is a staircase: the integrators before it (depths torque and rate) belong to the law, and the vertical plant is the
@@ -14,6 +14,7 @@ replica of the thrust. Yaw at depth attitude is taken for a rate, not for the st
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -38,10 +39,10 @@ class Loop:
     Attributes:
         spec: what it is the loop of.
         a: (n, n).
-        b: (n, c). q is added to each command as it enters the plant.
+        b: (n, c). q is added to each command as it begins to act on the plant.
         e: (n, m). v has unit variance.
-        inputs: (c, n + c + m), coefficients of each command as the plant takes it, before q: w, or thrust where the law
-            integrates w.
+        inputs: (c, n + c + m), coefficients of each command that begins to act on the plant, without its q: w, or thrust
+            where the law integrates w.
         commands: (c, n + c + m), the same of w.
         outputs: (t, n + c + m), the same of the plant's zeta_1 at every tick.
     """
@@ -71,42 +72,40 @@ def closed_loop(spec: LoopSpec) -> Loop:
 
 
 class _Run:
-    """One beat. `basis` hands out the unit vectors in the order of the columns."""
+    """One beat. Unit vectors are handed out in the order of the columns: state, disturbances, noises."""
 
     def __init__(self, spec: LoopSpec) -> None:
         beat, chain, path = spec.beat, spec.tune.spec, spec.path
         self.spec = spec
         self.step_us = beat.command_every * beat.tick_us
-        self.true_us = round(path.delay_s * 1e6)
-        dead_us = round(path.dead_time_s * 1e6)
+        # What begins to act on the plant after a command's own stamp is the one so many commands before it, so much later.
+        self.late, self.after_us = divmod(round((path.delay_s + path.dead_time_s) * 1e6), self.step_us)
         self.replicated = any(index >= spec.plant_length for index in spec.measured)
-        past = self._past(spec.delay_us + chain.dead_us)
-        past_inputs, past_thrusts = self._past(self.true_us + dead_us), self._past(spec.delay_us)
-        samples = sum(beat.ticks // spec.every(index) for index in spec.measured)
+        past = max(self._past(spec.delay_us + chain.dead_us), 0 if spec.integrators else self.late)
+        past_thrusts = max(self._past(spec.delay_us), self.late) if spec.integrators else 0
+        states = spec.plant_length + 1 + chain.length + 2 + len(chain.rows) - 1 + past + 1 + past_thrusts
         self.columns = (
-            spec.plant_length + 1 + chain.length + 2 + len(chain.rows) - 1 + past + past_inputs
-            + (3 if spec.integrators else 0) + (past_thrusts + 1 if self.replicated else 0),
+            states + (3 if spec.integrators else 0) + self.replicated,
             beat.ticks // beat.command_every,
-            samples,
-        )  # fmt: skip
-        self._basis = iter(np.eye(sum(self.columns)))
-        zero: Vector = np.zeros(sum(self.columns))
-        self.plant = Chain(
-            ChainSpec(spec.plant_length, (), path.lag_s, dead_us), (*self._new(spec.plant_length), zero), 0, self._one()
+            sum(beat.ticks // spec.every(index) for index in spec.measured),
         )
+        self._basis = iter(np.eye(sum(self.columns)))
+        self.zero = cast(Vector, np.zeros(sum(self.columns)))
+        plant = ChainSpec(spec.plant_length, (), path.lag_s)
+        self.plant = Chain(plant, (*self._new(spec.plant_length), self.zero), 0, self._one())
         self.observer = self._observer()
-        self.past, self.past_inputs = self._new(past), self._new(past_inputs)
+        self.past = self._new(past)
+        self.before = self.acting = self._one()
         self.integrated = self._new(3) if spec.integrators else []
-        self.thrust = self._one() if self.replicated else zero
-        self.past_thrusts = self._new(past_thrusts) if self.replicated else []
+        self.past_thrusts = self._new(past_thrusts)
+        self.thrust = self._one() if self.replicated else self.zero
+        self._disturbances = iter(self._new(self.columns[1]))
         self.commands: list[Vector] = []
         self.inputs: list[Vector] = []
         self.outputs: list[Vector] = []
-        # Noise is drawn tick by tick after the disturbances, so that these come first.
-        self._disturbances = iter(self._new(self.columns[1]))
 
     def _past(self, back_us: int) -> int:
-        """How many earlier commands may still matter at any tick."""
+        """How many earlier commands may still matter to the law at any tick."""
         return max(1, math.ceil(back_us / self.step_us)) + (self.spec.beat.command_every > 1)
 
     def _one(self) -> Vector:
@@ -131,40 +130,33 @@ class _Run:
 
     def pass_tick(self, tick: int) -> None:
         """Measure, correct, command, and on to the next tick."""
-        now_us, tick_us = tick * self.spec.beat.tick_us, self.spec.beat.tick_us
+        now_us = tick * self.spec.beat.tick_us
+        until_us, since_us = now_us + self.spec.beat.tick_us, now_us % self.step_us
+        stamp_us = now_us - (since_us or self.step_us)
         self.outputs.append(self.plant.values[0])
-        last_us = now_us - now_us % self.step_us
-        commanding = last_us == now_us
-        if commanding:
-            last_us -= self.step_us
-        replica = self._replica(last_us, now_us)
-        self._measure(tick, now_us, replica)
-        if commanding:
-            self._command(last_us, now_us)
-            last_us = now_us
-        self.observer.predict(
-            self.observer.span(self._timed(self.past, last_us, self.spec.delay_us), now_us, now_us + tick_us), 0
-        )
-        self.plant.predict(
-            self.plant.span(self._timed(self.past_inputs, last_us, self.true_us), now_us, now_us + tick_us), 0
-        )
+        self._measure(tick, now_us, self._replica(stamp_us, now_us))
+        if since_us == 0:
+            self._command(stamp_us, now_us)
+            stamp_us = now_us
+        self.observer.predict(self.observer.span(self._timed(self.past, stamp_us), now_us, until_us), 0)
+        acting = ((stamp_us + self.after_us - self.step_us, self.before), (stamp_us + self.after_us, self.acting))
+        self.plant.predict(self.plant.span(_first_of_four(acting), now_us, until_us), 0)
         if self.replicated:
-            replica = self._replica(last_us, now_us)
-            replica.advance(now_us + tick_us)
+            replica = self._replica(stamp_us, now_us)
+            replica.advance(until_us)
             self.thrust = cast(Vector, replica.value_m_s2)
-        if commanding:
-            for memory in (self.past, self.past_inputs, self.past_thrusts):
-                del memory[:1]
+        if since_us == 0:
+            del self.past[:1], self.past_thrusts[:1]
 
-    def _timed(self, values: list[Vector], last_us: int, delay_us: int) -> tuple[Command, ...]:
-        """Commands and when they arrive, the last one computed at `last_us`."""
-        first_us = last_us - (len(values) - 1) * self.step_us + delay_us
-        return tuple((first_us + k * self.step_us, (value, 0.0, 0.0, 0.0)) for k, value in enumerate(values))
+    def _timed(self, values: list[Vector], stamp_us: int) -> tuple[Command, ...]:
+        """Commands and when they arrive as the law sees it, the last one computed at `stamp_us`."""
+        first_us = stamp_us - (len(values) - 1) * self.step_us + self.spec.delay_us
+        return _first_of_four((first_us + k * self.step_us, value) for k, value in enumerate(values))
 
-    def _replica(self, last_us: int, now_us: int) -> ThrustReplica:
+    def _replica(self, stamp_us: int, now_us: int) -> ThrustReplica:
         """The law's thrust at this moment."""
         replica = ThrustReplica(self.spec.tune.spec.lag_s, cast(float, self.thrust), now_us)
-        for arrive_us, (value, *_) in self._timed(self.past_thrusts, last_us, self.spec.delay_us):
+        for arrive_us, (value, *_) in self._timed(self.past_thrusts, stamp_us):
             replica.command(arrive_us, value)
         replica.advance(now_us)
         return replica
@@ -180,39 +172,36 @@ class _Run:
                 observer.correct(row, value - observer.predicted(row), now_us)
             values.append(value)
         if spec.state_feedback:
-            zero: Vector = np.zeros(sum(self.columns))
-            observer.values = [*values, zero]
+            observer.values = [*values, self.zero]
 
     def _true(self, index: int, replica: ThrustReplica) -> Vector:
         if index < self.spec.plant_length:
             return self.plant.values[index]
         return replica.value_m_s2 if index == self.spec.plant_length else replica.rate_m_s3
 
-    def _command(self, last_us: int, now_us: int) -> None:
+    def _command(self, stamp_us: int, now_us: int) -> None:
         """w = -sigma - sum gamma_i zeta_i where it will act, through the law's integrators, onto its way."""
         spec, observer = self.spec, self.observer
-        arrive_us = now_us + spec.delay_us
-        span = observer.span(self._timed(self.past, last_us, spec.delay_us), now_us, arrive_us + spec.tune.ahead_us)
-        zeta = observer.ahead(span, 0)
+        until_us = now_us + spec.delay_us + spec.tune.ahead_us
+        zeta = observer.ahead(observer.span(self._timed(self.past, stamp_us), now_us, until_us), 0)
         w: Vector = -1.0 * zeta[-1]
         for gamma, value in zip(spec.tune.gammas, zeta, strict=False):
             w = w - gamma * value
-        taken = self._integrate(w) if spec.integrators else w
-        self.commands.append(w)
-        self.inputs.append(taken)
         self.past.append(w)
-        self.past_inputs.append(taken + next(self._disturbances))
-        if self.replicated:
-            self.past_thrusts.append(taken)
+        self.commands.append(w)
+        if spec.integrators:
+            self.past_thrusts.append(self._integrate(w))
+        sent = (self.past_thrusts if spec.integrators else self.past)[-1 - self.late]
+        self.inputs.append(sent)
+        self.before, self.acting = self.acting, sent + next(self._disturbances)
 
     def _integrate(self, w: Vector) -> Vector:
         """u at the arrival of this command; w drives it from there on."""
         order, dt_s = self.spec.integrators, self.step_us * 1e-6
-        old = self.integrated
         units = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
         answers = [advanced(Integrator(order, *unit), dt_s, -math.inf, math.inf) for unit in units]
-        value = sum(answer.value * part for answer, part in zip(answers, old, strict=True))
-        rate = sum(answer.rate * part for answer, part in zip(answers, old, strict=True))
+        value = sum(answer.value * part for answer, part in zip(answers, self.integrated, strict=True))
+        rate = sum(answer.rate * part for answer, part in zip(answers, self.integrated, strict=True))
         self.integrated = [value, rate, w]
         return value
 
@@ -229,10 +218,10 @@ class _Run:
                 *self.observer.offsets[1:],
                 self.observer.lagged,
                 *self.past,
-                *self.past_inputs,
+                self.acting,
                 *self.integrated,
-                *([self.thrust] if self.replicated else []),
                 *self.past_thrusts,
+                *([self.thrust] if self.replicated else []),
             ]
         )
         return Loop(
@@ -244,3 +233,8 @@ class _Run:
             np.array(self.commands),
             np.array(self.outputs),
         )
+
+
+def _first_of_four(timed: Iterable[tuple[int, Vector]]) -> tuple[Command, ...]:
+    """Commands of one channel in the law's form, which has four."""
+    return tuple((start_us, (value, 0.0, 0.0, 0.0)) for start_us, value in timed)

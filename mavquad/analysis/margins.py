@@ -23,7 +23,7 @@ Complex = npt.NDArray[Any]
 
 STABLE_BELOW = 1.0 - 1e-9
 """A spectral radius this large or larger is not stable: rounding is far below it, no useful loop is that slow."""
-DELAY_MAX_S = 0.5
+DELAY_MAX_S = 0.3
 """A loop that bears more than this is not asked how much more."""
 
 _FREQUENCIES = 320
@@ -79,11 +79,12 @@ def margins(spec: LoopSpec, bisect: bool = True) -> Margins:
     """
     loop = closed_loop(spec)
     beat_s = spec.beat.ticks * spec.beat.tick_us * 1e-6
-    omega = _frequencies(spec, beat_s)
-    eigenvalues, sensitivity = _sensitivity(loop, np.exp(1j * omega * beat_s))
-    found = _of_eigenvalues(eigenvalues, spec)
+    triangular = _triangular(loop)
+    found = _of_eigenvalues(np.diagonal(triangular[0]), spec)
     if not found.stable:
         return found
+    omega = _frequencies(spec, beat_s)
+    sensitivity = _sensitivity(*triangular, np.exp(1j * omega * beat_s))
     peaks = np.linalg.norm(sensitivity, ord=2, axis=(1, 2))
     loci = np.linalg.eigvals(np.linalg.inv(sensitivity)) - 1.0
     here, there, low, high = _followed(loci, omega)
@@ -127,17 +128,22 @@ def _of_eigenvalues(eigenvalues: Complex, spec: LoopSpec) -> Margins:
 # ---------------------------------------------------------------------- frequency response
 
 
-def _sensitivity(loop: Loop, z: Complex) -> tuple[Complex, Complex]:
-    """Eigenvalues of `a`, and S at each z: (n,) and (f, c, c).
+def _triangular(loop: Loop) -> tuple[Complex, Complex, Complex, Complex]:
+    """T, Q^H B, C Q and D of the sensitivity, with A = Q T Q^H and T triangular (the eigenvalues on its diagonal).
 
-    S = 1 + D + C (z - A)^-1 B from q to input + q. With A = Q T Q^H, T triangular, all z are solved at once from the last
-    row up; nothing is assumed of the eigenvectors, and a chain of delays has too few of them.
+    Nothing is assumed of the eigenvectors: a chain of delays has too few of them.
     """
     n, count = len(loop.a), loop.b.shape[1]
     balanced, (scale, _) = scipy.linalg.matrix_balance(loop.a, permute=False, separate=True)
     triangle, unitary = scipy.linalg.schur(balanced, output="complex")
     into = unitary.conj().T @ (loop.b / scale[:, None])
     out = (loop.inputs[:, :n] * scale) @ unitary
+    return triangle, into, out, np.eye(count) + loop.inputs[:, n : n + count]
+
+
+def _sensitivity(triangle: Complex, into: Complex, out: Complex, direct: Complex, z: Complex) -> Complex:
+    """S = 1 + D + C (z - A)^-1 B from q to input + q at each z, (f, c, c): all z at once, from the last row up."""
+    n, count = into.shape
     # Element by element: a threaded library would spend more on its threads than these few numbers take.
     solved = np.repeat(into[:, :, None], len(z), axis=2)
     answer = np.zeros((count, count, len(z)), dtype=complex)
@@ -145,7 +151,8 @@ def _sensitivity(loop: Loop, z: Complex) -> tuple[Complex, Complex]:
         solved[i] /= z - triangle[i, i]
         solved[:i] += triangle[:i, i, None, None] * solved[i]
         answer += out[:, i, None, None] * solved[i]
-    return np.diagonal(triangle), np.eye(count) + loop.inputs[:, n : n + count] + np.moveaxis(answer, 2, 0)
+    sensitivity: Complex = direct + np.moveaxis(answer, 2, 0)
+    return sensitivity
 
 
 def _frequencies(spec: LoopSpec, beat_s: float) -> Matrix:

@@ -26,7 +26,7 @@ IDEAL = {
 }
 
 
-OMEGA0 = 2.0
+OMEGA0 = 2.5
 
 
 def ideal(depth: str, **law: object) -> LawParams:
