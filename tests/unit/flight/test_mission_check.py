@@ -106,6 +106,17 @@ def test_a_climb_needs_thrust():
     assert "above law.limits.thrust_max_g" in said
 
 
+def test_a_turn_needs_its_acceleration_and_what_friction_takes():
+    law = LawParams(angular_friction_1_s=0.9)
+    mission = Mission(MissionParams(), Pose((0.0, 0.0, 0.0), 0.0), 0)
+    yaws = [mission.reference(round(mission.duration_s * 1e3 * k)).yaw_rad for k in range(1000)]
+    needed_deg_s2 = math.degrees(max(abs(yaw[2] + 0.9 * yaw[1]) for yaw in yaws))
+    assert needed_deg_s2 > 1.1 * math.degrees(max(0.9 * abs(yaw[1]) for yaw in yaws))
+    for share, refused in ((0.98, True), (1.02, False)):
+        limits = law.limits.model_copy(update={"yaw_acceleration_max_deg_s2": share * needed_deg_s2})
+        assert (fault(law=law.model_copy(update={"limits": limits})) is not None) is refused
+
+
 def test_the_moment_told_is_the_worst_one():
     keys = {"name": "figure_eight", "period_s": 7.0, "hover_s": 2.0, "ramp_s": 3.0}
     said = str(fault(**keys))
