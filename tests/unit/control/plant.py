@@ -44,6 +44,8 @@ class Vehicle:
     rate_gain: float = 13.0
     attitude_gain: float = 6.5
     yaw_gain: float = 1.2
+    # Whether rates, or attitude and yaw, are there as soon as they are commanded: the chain itself, without loops.
+    perfect_loops: bool = False
 
 
 @dataclass(frozen=True)
@@ -149,6 +151,18 @@ def inner_loops(v: Vehicle, b: Body, command: LawCommand) -> list[float]:
     return motor_commands(v, TorqueCommand(turn, command.specific_thrust_m_s2))
 
 
+def obey(v: Vehicle, b: Body, command: LawCommand) -> list[float]:
+    """The same without loops: the body has the rates, or the attitude, that are commanded."""
+    if isinstance(command, TorqueCommand):
+        return motor_commands(v, command)
+    if isinstance(command, AttitudeCommand):
+        b.rotation = euler_matrix(command.roll_rad, command.pitch_rad, command.yaw_rad)
+        b.rates = [0.0, 0.0, 0.0]
+    else:
+        b.rates = list(command.rates_flu_rad_s)
+    return motor_commands(v, TorqueCommand((0.0, 0.0, 0.0), command.specific_thrust_m_s2))
+
+
 def advance(v: Vehicle, b: Body, wanted: list[float], wind: tuple[float, float, float]) -> None:
     h = STEP_S
     blend = 1.0 - math.exp(-h / v.rotor_lag_s) if v.rotor_lag_s > 0 else 1.0
@@ -227,16 +241,24 @@ def fly(
     seed: int = 1,
     start: tuple[float, float, float] = (0.0, 0.0, 0.0),
     start_yaw: float = 0.0,
+    start_lean: tuple[float, float] = (0.0, 0.0),
+    start_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0),
     trim_m_s2: float | None = None,
     blackout_s: tuple[float, float] = (-1.0, -1.0),
 ) -> Flight:
     """Hover at `start` (in balance with the wind), hand over at once, fly the reference; error against the measured frame.
+
+    `start_lean` is a roll and a pitch to begin with instead of the balance, at the thrust that holds the weight.
 
     Positions come `attitude_per_position` times more slowly than attitudes; the law answers every attitude.
     """
     rng = random.Random(seed)
     gust_rng, gusts = random.Random(seed + 1), [0.0, 0.0]
     body = _balanced(vehicle, start, start_yaw, wind)
+    body.velocity = list(start_velocity)
+    if start_lean != (0.0, 0.0):
+        body.rotation = euler_matrix(*start_lean, start_yaw)
+        body.motors = [vehicle.mass_kg * 9.81 / 4.0 / vehicle.motor_n] * 4
     sensor = Sensor(link, rng)
     flight = Flight()
     period = round(1e6 / link.rate_hz / STEP_US)
@@ -249,7 +271,8 @@ def fly(
         if k % period == 0:
             position, attitude = sensor.sample(body, now)
             if controller is None:
-                level = 9.81 / body.rotation[8] if trim_m_s2 is None else trim_m_s2
+                leaning = start_lean != (0.0, 0.0)
+                level = 9.81 / (1.0 if leaning else body.rotation[8]) if trim_m_s2 is None else trim_m_s2
                 controller = Controller(params, depth, position, attitude, level)
             lost = rng.random() < link.loss or blackout_s[0] <= now * 1e-6 < blackout_s[1]
             if not lost:
@@ -266,7 +289,8 @@ def fly(
                 return flight
         while flying and flying[0][0] <= now:
             in_force = flying.pop(0)[1]
-        wanted = list(body.motors) if in_force is None else inner_loops(vehicle, body, in_force)
+        loops = obey if vehicle.perfect_loops else inner_loops
+        wanted = list(body.motors) if in_force is None else loops(vehicle, body, in_force)
         if gusts_m_s:
             keep = math.exp(-STEP_S)
             gusts = [keep * g + gust_rng.gauss(0.0, gusts_m_s * math.sqrt(1 - keep * keep)) for g in gusts]
