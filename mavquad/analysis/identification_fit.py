@@ -19,7 +19,8 @@ FILTER_ORDER = 3
 _GRID_DEAD_S = np.arange(-0.02, 0.6, 0.02)
 _GRID_LAG_S = (0.0, 0.02, 0.04, 0.08, 0.15, 0.3, 0.6, 1.2)
 _ROUNDS = 3
-_STEP_S = 2e-3
+_LEAST_STEP_S = 2e-3
+_LARGEST_STEP_S = 20e-3
 _HUBER = 2.5
 _MEDIAN_OF_NORMAL = 0.6745  # of the absolute value, in standard deviations
 
@@ -174,11 +175,16 @@ def covariance(view: View, solution: Solution) -> Array:
 
 
 def _gradient(view: View, solution: Solution) -> Array:
-    """Derivative of the model by (dead, lag, gain[, damping]), by differences, shape (k, 3 or 4)."""
+    """Derivative of the model by (dead, lag, gain[, damping]), by differences, shape (k, 3 or 4).
+
+    The differences span a whole spacing of the commands: within less, a staircase without a lag to smooth it is all jumps.
+    """
+    spacing_s = float(np.median(np.diff(view.problem.command_times_s)))
+    step_s = min(max(spacing_s / 2.0, _LEAST_STEP_S), _LARGEST_STEP_S)
     dead_s, lag_s, gain = solution.dead_s, solution.lag_s, solution.linear[0]
-    low_s, high_s = max(lag_s - _STEP_S, 0.0), lag_s + _STEP_S
-    later, earlier = view.columns(dead_s + _STEP_S, lag_s), view.columns(dead_s - _STEP_S, lag_s)
+    low_s, high_s = max(lag_s - step_s, 0.0), lag_s + step_s
+    later, earlier = view.columns(dead_s + step_s, lag_s), view.columns(dead_s - step_s, lag_s)
     slower, quicker = view.columns(dead_s, high_s), view.columns(dead_s, low_s)
-    by_dead = gain * (later - earlier)[:, 0] / (2.0 * _STEP_S)
+    by_dead = gain * (later - earlier)[:, 0] / (2.0 * step_s)
     by_lag = gain * (slower - quicker)[:, 0] / (high_s - low_s)
     return np.column_stack([by_dead, by_lag, view.columns(dead_s, lag_s)])

@@ -158,6 +158,14 @@ def test_a_command_too_small_for_the_noise() -> None:
     assert "too little excitation" in refusal(command, answer)
 
 
+def test_a_slow_command_tells_the_gain_but_not_the_time() -> None:
+    command, answer = truth("static", 0.04, 0.06, 1)
+    slow = 0.3 * np.sin(0.8 * command.times_s)
+    late = 0.3 * np.sin(0.8 * (answer.times_s - 0.1)) + np.random.default_rng(2).normal(0.0, 0.3, len(answer.values))
+    reason = refusal(Signal(command.times_s, slow), Signal(answer.times_s, late))
+    assert "dead time and lag together are known within" in reason
+
+
 def test_an_answer_the_wrong_way_round() -> None:
     command, answer = truth("static", 0.04, 0.06, 1)
     assert "against the command" in refusal(command, Signal(answer.times_s, -answer.values))
