@@ -63,6 +63,11 @@ class Loop:
         return self.a + self.b @ cast(Matrix, np.linalg.solve(np.eye(count) - more * d, more * c))
 
 
+def _drifts(chain: ChainSpec) -> int:
+    """States of the disturbances of all stretches but the last."""
+    return sum(map(len, Chain(chain, (0.0,) * (chain.length + 1), 0).drifts))
+
+
 def closed_loop(spec: LoopSpec) -> Loop:
     """The loop of a channel."""
     run = _Run(spec)
@@ -83,7 +88,7 @@ class _Run:
         self.replicated = any(index >= spec.plant_length for index in spec.measured)
         past = max(self._past(spec.delay_us + chain.dead_us), 0 if spec.integrators else self.late)
         past_thrusts = max(self._past(spec.delay_us), self.late) if spec.integrators else 0
-        states = spec.plant_length + 1 + chain.length + 2 + len(chain.rows) - 1 + past + 1 + past_thrusts
+        states = spec.plant_length + 1 + chain.length + 2 + _drifts(chain) + past + 1 + past_thrusts
         self.columns = (
             states + (3 if spec.integrators else 0) + self.replicated,
             beat.ticks // beat.command_every,
@@ -122,7 +127,7 @@ class _Run:
         for number, row in enumerate(chain.rows):
             observer.correct(number, 0.0, -spec.every(row.index) * spec.beat.tick_us)
         observer.values = self._new(chain.length + 1)
-        observer.offsets[1:] = self._new(len(chain.rows) - 1)
+        observer.drifts = [self._new(len(drift)) for drift in observer.drifts]
         observer.lagged = self._one()
         return observer
 
@@ -215,7 +220,7 @@ class _Run:
                 *self.plant.values[:-1],
                 self.plant.lagged,
                 *self.observer.values,
-                *self.observer.offsets[1:],
+                *(part for drift in self.observer.drifts for part in drift),
                 self.observer.lagged,
                 *self.past,
                 self.acting,

@@ -79,7 +79,7 @@ class Estimator:
         values.append(-held)
         chain = Chain(spec, tuple(values), self._start_us, held)
         if self._acceleration and spec.length > ACCELERATION:
-            chain.offsets[self._acceleration] = -push + self._tune.friction_1_s * values[1]
+            chain.drifts[self._acceleration - 1][0] = -push + self._tune.friction_1_s * values[1]
         return chain
 
     def push(self) -> Vec3:
@@ -100,9 +100,9 @@ class Estimator:
             return (0.0, 0.0, 0.0)
         a = self._tune.friction_1_s
         return (
-            z.offsets[row] - a * z.values[1],
-            x.offsets[row] - a * x.values[1],
-            y.offsets[row] - a * y.values[1],
+            z.offset(row) - a * z.values[1],
+            x.offset(row) - a * x.values[1],
+            y.offset(row) - a * y.values[1],
         )
 
     # ------------------------------------------------------------------ measurements

@@ -14,16 +14,20 @@ A further row measures a later state of the chain but for an unknown offset: y_j
 the acceleration but for the wind's part of it). The rows cut the chain into stretches. Each stretch, from its own row up to
 the next, is a chain whose input is what the next row measures and whose disturbance is that row's offset: the same observer
 again, order (stretch + 1), with a kappa of its own. The last stretch has the chain's input, and its disturbance is sigma. So
-every row has one disturbance state, the error dynamics are block triangular, and the poles are those of the stretches:
-pole placement per output. Each row corrects its stretch whenever it is measured, with the K of the time since it was last.
+every row has a disturbance state of its own, the error dynamics are block triangular, and the poles are those of the
+stretches: pole placement per output. Each row corrects its stretch whenever it is measured, with the K of the time since.
 
-The state holds the derivatives of the output itself, so that what a row learns of the offset d of the next moves the
-estimate of the state that the next one measures, and the prediction is that of the plain chain.
+A disturbance may be more than a constant: with s slopes d is a polynomial of degree s, and its stretch has order
+(stretch + 1 + s). That matters for wind: the law steers the derivatives of the output itself, and those of d are in them.
+
+The state holds these derivatives. What a row learns of d moves the estimate of the states above it, but not what the rows
+there predict, and the prediction is that of the plain chain.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 from mavquad.control.actuation import Command, Interval, advance, interval
 from mavquad.control.gains import observer_gain
@@ -39,7 +43,7 @@ class Row:
     """0 for zeta_1, the output itself."""
     kappa_rad_s: float
     moduli: tuple[float, ...]
-    """One more than the stretch has states: its poles are -kappa times these."""
+    """Its poles are -kappa times these: one for each state of the stretch, and for each of the disturbance's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,12 +61,21 @@ def moduli(order: int, spread: float) -> tuple[float, ...]:
     return tuple(spread ** (k - 0.5 * (order - 1)) for k in range(order))
 
 
-def rows(length: int, kappas: dict[int, float], spread: float) -> tuple[Row, ...]:
-    """The rows that measure the states of these indices, for a chain of this length."""
+def rows(length: int, kappas: dict[int, float], spread: float, slopes: dict[int, int] | None = None) -> tuple[Row, ...]:
+    """The rows that measure the states of these indices, for a chain of this length.
+
+    Args:
+        length: r.
+        kappas: of each row, by the index of what it measures.
+        spread: of the poles of each stretch.
+        slopes: how many derivatives of a row's offset are estimated besides, by the row's index.
+    """
     starts = sorted(kappas)
     ends = [*starts[1:], length]
+    orders = [1 + ((slopes or {}).get(end, 0) if end < length else 0) for end in ends]
     return tuple(
-        Row(start, kappas[start], moduli(end - start + 1, spread)) for start, end in zip(starts, ends, strict=True)
+        Row(start, kappas[start], moduli(end - start + order, spread))
+        for start, end, order in zip(starts, ends, orders, strict=True)
     )
 
 
@@ -72,16 +85,16 @@ class Chain:
     Attributes:
         spec: what it is a chain of.
         values: zeta_1 .. zeta_r and sigma.
-        offsets: d of each row after the first, by row; entry 0 is not used.
+        drifts: of each stretch but the last, its disturbance and the derivatives of it that are estimated.
         lagged: the input behind its lag.
     """
 
-    __slots__ = ("_corrected_us", "lagged", "offsets", "spec", "values")
+    __slots__ = ("_corrected_us", "drifts", "lagged", "spec", "values")
 
     def __init__(self, spec: ChainSpec, values: tuple[float, ...], stamp_us: int, lagged: float = 0.0) -> None:
         self.spec = spec
         self.values = list(values)
-        self.offsets = [0.0] * len(spec.rows)
+        self.drifts = [[0.0] * (len(row.moduli) - (after.index - row.index)) for row, after in pairwise(spec.rows)]
         self.lagged = lagged
         self._corrected_us = [stamp_us] * len(spec.rows)
 
@@ -98,6 +111,11 @@ class Chain:
     def predict(self, span: Interval, channel: int) -> None:
         """To the end of the interval."""
         self.values, self.lagged = advance(self.values, self.lagged, span, channel)
+        for drift in self.drifts:
+            if len(drift) > 1:
+                taylor = span.whole.taylor
+                for i in range(len(drift) - 1):
+                    drift[i] += sum(taylor[k] * drift[i + k] for k in range(1, len(drift) - i))
 
     def ahead(self, span: Interval, channel: int) -> list[float]:
         """zeta_1 .. zeta_r and sigma at the end of the interval; the estimate stays where it is."""
@@ -107,24 +125,34 @@ class Chain:
         """Whether this row was measured at this moment or later."""
         return stamp_us <= self._corrected_us[row]
 
+    def offset(self, row: int) -> float:
+        """What of its state a row does not measure."""
+        rows, total = self.spec.rows, 0.0
+        index = rows[row].index
+        for drift, after in zip(self.drifts[:row], rows[1:], strict=False):
+            if index - after.index < len(drift):
+                total += drift[index - after.index]
+        return total
+
     def predicted(self, row: int, late_us: int = 0) -> float:
         """What the row should measure; `late_us` before the estimate's own moment."""
         index = self.spec.rows[row].index
         value = self.values[index] if late_us == 0 else self._back(index, late_us * 1e-6)
-        return value - self.offsets[row] if row else value
+        return value - self.offset(row) if row else value
 
     def correct(self, row: int, innovation: float, stamp_us: int) -> None:
         """Take in measured minus predicted of one row at `stamp_us`; nothing happens when that moment was seen before."""
-        spec_row = self.spec.rows[row]
-        gain = observer_gain(spec_row.kappa_rad_s, spec_row.moduli, max(0, stamp_us - self._corrected_us[row]))
+        rows, values = self.spec.rows, self.values
+        this = rows[row]
+        gain = observer_gain(this.kappa_rad_s, this.moduli, max(0, stamp_us - self._corrected_us[row]))
         self._corrected_us[row] = max(stamp_us, self._corrected_us[row])
-        values, index = self.values, spec_row.index
-        for k in gain:
+        for index, k in zip(range(this.index, len(values)), gain, strict=False):
             values[index] += k * innovation
-            index += 1
-        if row + 1 < len(self.offsets):
-            # The step of the next row's state is a step of its offset: what that row predicts stays as it was.
-            self.offsets[row + 1] += gain[-1] * innovation
+        if row + 1 < len(rows):
+            # The step of the next rows' states is a step of their offsets: what those rows predict stays as it was.
+            drift, own = self.drifts[row], rows[row + 1].index - this.index
+            for i in range(len(drift)):
+                drift[i] += gain[own + i] * innovation
 
     def _back(self, index: int, late_s: float) -> float:
         """A state a little earlier, by the chain's own Taylor series."""

@@ -92,6 +92,9 @@ class LawParams(Section):
     """Observer gain on yaw, rad/s. Above yaw_omega0."""
     observer_spread: Spread = None
     """The eigenvalues of the paper's A are -spread^k, k symmetrical about 0: 1 puts all in one place."""
+    wind_slopes: int = Field(default=1, ge=0, le=2)
+    """How many derivatives of the wind's acceleration are estimated beside it, where roll and pitch tell it from the
+    thrust's: 0 takes it for constant, and what varies (gusts, drag that is not known) costs accuracy; 2 takes more noise."""
     yaw_padding: int = Field(default=0, ge=0, le=2)
     """Integrators before the yaw input: 0, or as many as make its chain as long as the others', as the paper has it."""
     friction_1_s: float = Field(default=1.0, ge=0.0, le=5.0)

@@ -121,7 +121,9 @@ def _place(params: LawParams, own: Defaults, depth: Depth, lag_s: float, dead_s:
         kappas[JERK] = _given(params.rates_kappa_rad_s, own.rates_kappa_rad_s)
     kappas = {index: kappa for index, kappa in kappas.items() if index < length}
     spread = _given(params.observer_spread, own.observer_spread)
-    spec = ChainSpec(length, rows(length, kappas, spread), lag_s, round(dead_s * 1e6))
+    spec = ChainSpec(
+        length, rows(length, kappas, spread, {ACCELERATION: params.wind_slopes}), lag_s, round(dead_s * 1e6)
+    )
     gammas = chain_gains(params.polynomial, length, omega0, params.poles)
     return ChannelTuning(spec, gammas, length - 2, _ahead_us(params, dead_s, lag_s))
 
