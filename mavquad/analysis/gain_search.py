@@ -28,7 +28,7 @@ OMEGA0_LEAST_RAD_S = 0.3
 OMEGA0_MOST_RAD_S = 12.0
 
 _COARSE, _FINE = 1.2, 1.02
-_ALIKE = 0.05
+_EASED = 0.95
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,12 +44,15 @@ class Limits:
         delay_s: least additional delay.
         peak: greatest Ms.
         noise_share: greatest RMS of the input from the usual noise, as a share of the input's saturation level.
+        approach_share: greatest input, as a share of that level, with which the law sets out from rest for its full speed
+            of approach: a channel as weak as a quadcopter's yaw is not made quick by gains.
     """
 
     phase_deg: float = 20.0
     delay_s: float = 0.02
     peak: float = 2.5
     noise_share: float = 0.1
+    approach_share: float = 1.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,11 +90,19 @@ def noise_share(law: LawParams, depth: Depth, spec: LoopSpec) -> float:
     return (noise.physical if spec.kind == "horizontal" else noise.command) / input_level(law, depth, spec.kind)
 
 
+def approach_share(law: LawParams, depth: Depth, spec: LoopSpec) -> float:
+    """w = gamma_2 times the speed of approach, from rest, as a share of the input's level."""
+    tune, gammas = tuning(law, depth), spec.tune.gammas
+    speed = {"vertical": tune.climb_m_s, "horizontal": tune.speed_m_s, "yaw": tune.yaw_rate_rad_s}[spec.kind]
+    w = speed * (gammas[1] if len(gammas) > 1 else 1.0)
+    return (w / GRAVITY_M_S2 if spec.kind == "horizontal" else w) / input_level(law, depth, spec.kind)
+
+
 def fastest_gains(
     law: LawParams, depth: Depth, streams: StreamParams, kinds: tuple[Kind, ...], limits: Limits
 ) -> Gains | None:
-    """The largest omega0 that keeps the limits, to 2 %, with the kappa that has the lowest Ms there (of nearly equal ones
-    the one with the least noise); None if none does.
+    """Gains within 5 % of the largest omega0 that keeps the limits, with the kappa that makes the least noise there; None
+    if none keeps them. At the very largest only an extreme kappa would do.
 
     Args:
         law: everything but the gains that are looked for.
@@ -109,6 +120,10 @@ def fastest_gains(
     found = Gains(omega0, kappa)
     while (omega0 := omega0 * _FINE) <= OMEGA0_MOST_RAD_S and (kappa := search.best_kappa(omega0)) is not None:
         found = Gains(omega0, kappa)
+    eased = found.omega0_rad_s * _EASED
+    kappa = search.best_kappa(eased)
+    if kappa is not None:
+        found = Gains(eased, kappa)
     return Gains(_rounded(found.omega0_rad_s), _rounded(found.kappa_rad_s))
 
 
@@ -124,21 +139,24 @@ class _Search:
         """The kappa to take at this omega0; None where no one keeps the limits."""
         # Without an observer kappa is nothing.
         ratios = KAPPA_RATIOS if self.law.form == "output_feedback" else KAPPA_RATIOS[:1]
-        scored = [(score, omega0 * ratio) for ratio in ratios if (score := self._score(Gains(omega0, omega0 * ratio)))]
+        tried = [Gains(omega0, omega0 * ratio) for ratio in ratios]
+        scored = [(score, gains.kappa_rad_s) for gains in tried if (score := self._score(gains)) is not None]
         return min(scored)[1] if scored else None
 
-    def _score(self, gains: Gains) -> tuple[float, float] | None:
-        """Largest Ms (in steps) and largest share of noise of the channels; None where a limit is broken."""
+    def _score(self, gains: Gains) -> float | None:
+        """The largest share of noise of the channels; None where a limit is broken."""
         law, limits = gains.put_into(self.law, self.kinds), self.limits
-        peak = share = 0.0
+        share = 0.0
         for kind in self.kinds:
             spec = loop_spec(law, self.depth, kind, self.streams)
+            if approach_share(law, self.depth, spec) > limits.approach_share:
+                return None
             found = margins(spec, bisect=False)
             broken = found.phase_deg < limits.phase_deg or found.delay_s < limits.delay_s or found.peak > limits.peak
             if broken or (noise := noise_share(law, self.depth, spec)) > limits.noise_share:
                 return None
-            peak, share = max(peak, found.peak), max(share, noise)
-        return (round(peak / _ALIKE) * _ALIKE, share)
+            share = max(share, noise)
+        return share
 
 
 def _rounded(value: float) -> float:

@@ -54,8 +54,8 @@ def described(found: Margins) -> str:
     if not found.stable:
         return "is unstable"
     return (
-        f"bears only {found.delay_s * 1e3:.1f} ms of additional delay (at least {LEAST_DELAY_S * 1e3:g}) "
-        f"with Ms {found.peak:.1f} (at most {GREATEST_PEAK:g})"
+        f"has a delay margin of {found.delay_s * 1e3:.1f} ms (at least {LEAST_DELAY_S * 1e3:g}) "
+        f"and Ms {found.peak:.1f} (at most {GREATEST_PEAK:g})"
     )
 
 

@@ -168,6 +168,36 @@ def identify(
     return command(log, output, own, json)
 
 
+@app.command(epilog="Exit codes: see mavquad --help.")
+def tune(
+    config: ConfigArgument = None,
+    depth: DepthOption = None,
+    phase_margin_deg: Annotated[
+        float | None, typer.Option(help="Least phase margin of the fastest gains, deg.", show_default="20")
+    ] = None,
+    delay_margin_ms: Annotated[
+        float | None, typer.Option(help="Least further delay that they bear, ms.", show_default="20")
+    ] = None,
+    ms: Annotated[float | None, typer.Option(help="Greatest peak of their sensitivity.", show_default="2.5")] = None,
+    output: Annotated[
+        Path | None, typer.Option(help="Where a map of the margins goes, PNG.", show_default=False)
+    ] = None,
+    write: Annotated[
+        Path | None, typer.Option(help="A configuration with the fastest gains, TOML.", show_default=False)
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite that file.")] = False,
+    set_: SetOption = None,
+    json: JsonOption = False,
+) -> int:
+    """Margins of the law on the configured link, what it makes of noise, and the fastest gains that keep given margins."""
+    from mavquad.cli.tune import TuneOptions, limits_of
+    from mavquad.cli.tune import tune as command
+
+    limits = limits_of(phase_margin_deg, delay_margin_ms, ms)
+    overrides = _overrides(set_, {"--depth": ("law.depth", depth)})
+    return command(config, overrides, limits, TuneOptions(output, write, force, json))
+
+
 def _overrides(own: list[str] | None, options: Mapping[str, tuple[str, object]]) -> list[Override]:
     """An option {--name: (key, value)} is a key of the configuration; what --set says of the same key wins."""
     given = [Override(key, str(value), option) for option, (key, value) in options.items() if value is not None]
