@@ -153,9 +153,9 @@ def test_an_answer_that_is_only_noise(kind) -> None:
     assert refusal(command, Signal(answer.times_s, noise), kind=kind)
 
 
-def test_a_command_too_small_for_the_noise() -> None:
-    command, answer = truth("static", 0.04, 0.06, 1, noise=2.0)
-    assert "too little excitation" in refusal(command, answer)
+@pytest.mark.parametrize(("noise", "words"), [(2.0, "the command explains 2% of"), (1.0, "the gain is known within")])
+def test_a_command_too_small_for_the_noise(noise, words) -> None:
+    assert f"too little excitation: {words}" in refusal(*truth("static", 0.04, 0.06, 1, noise=noise))
 
 
 def test_a_slow_command_tells_the_gain_but_not_the_time() -> None:
