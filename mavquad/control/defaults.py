@@ -43,13 +43,13 @@ _ATTITUDE = {"dead_time_s": 0.113, "lag_s": 0.06, "yaw_dead_time_s": 0.35, "yaw_
 _DEFAULTS: dict[tuple[Depth, Measurements], Defaults] = {
     ("torque", "position_yaw"): Defaults(2.7, 2.8, observer_spread=2.0, **_TORQUE),
     ("torque", "position_attitude"): Defaults(3.0, 2.5, **_TORQUE),
-    ("torque", "full"): Defaults(3.6, 2.2, 16.0, 12.0, 12.0, **_TORQUE),
+    ("torque", "full"): Defaults(3.4, 2.5, 20.0, 14.0, 14.0, **_TORQUE),
     ("rate", "position_yaw"): Defaults(2.0, 4.0, **_RATE),
     ("rate", "position_attitude"): Defaults(2.5, 3.0, **_RATE),
-    ("rate", "full"): Defaults(3.0, 2.5, 16.0, 10.0, **_RATE),
+    ("rate", "full"): Defaults(3.0, 2.5, 20.0, 10.0, **_RATE),
     ("attitude", "position_yaw"): Defaults(1.5, 3.0, **_ATTITUDE),
     ("attitude", "position_attitude"): Defaults(1.5, 3.0, **_ATTITUDE),
-    ("attitude", "full"): Defaults(2.5, 2.5, 12.0, **_ATTITUDE),
+    ("attitude", "full"): Defaults(2.5, 2.5, 14.0, **_ATTITUDE),
 }
 
 
