@@ -365,7 +365,7 @@ class Captain:
         offboard = self._vehicle.mode == px4.OFFBOARD
         if self.phase is Phase.ARMING:
             self._fire(Event.ARMED)
-        elif self.phase is Phase.ENGAGING and offboard:
+        elif self.phase is Phase.ENGAGING and offboard and self._setpoints_sent:
             self._fire(Event.ENGAGED)
         elif self.phase in (Phase.IDENTIFYING, Phase.WAITING):
             self._fire(Event.REFUSED, reasons.armed_already(self._vehicle.mode_name))
@@ -442,8 +442,7 @@ class Captain:
             self._trip(attitude)
         elif isinstance(attitude, Attitude):
             self._law.take_attitude(attitude)
-            if self._law_on and self._law.steps_on_attitude:
-                self._step_law()
+            self._fly(self._law.steps_on_attitude)
 
     def _on_position(self, message: Message) -> None:
         self._vehicle.streams["LOCAL_POSITION_NED"].on_message(self._now_us)
@@ -463,8 +462,7 @@ class Captain:
         elif self.phase is Phase.FLYING and self._law.mission_over(position.stamp_us):
             self._fire(Event.MISSION_OVER)
         self._law.take_position(position)
-        if self._law_on and not self._law.steps_on_attitude:
-            self._step_law()
+        self._fly(not self._law.steps_on_attitude)
 
     def _not_ready(self) -> str:
         """Why the vehicle cannot be armed yet; empty when it can."""
@@ -479,15 +477,17 @@ class Captain:
             return "no pose"
         return "; ".join(shortfalls(self._params.streams, self._vehicle.streams, self._now_us))
 
-    def _step_law(self) -> None:
+    def _fly(self, steps: bool) -> None:
+        """Whatever was just measured may trip a guard; one of the two streams steps the law."""
         attitude, position = self._pose.attitude, self._pose.position
-        assert attitude is not None
-        assert position is not None
+        if not self._law_on or attitude is None or position is None:
+            return
         if self._law.in_control:
-            tripped = check(self._params.guards, attitude, position, self._law.origin_nwu_m, self._ground_m)
-            if tripped is not None:
-                self._trip(tripped)
-                return
+            self._trip(check(self._params.guards, attitude, position, self._law.origin_nwu_m, self._ground_m))
+        if self._law_on and steps:
+            self._step_law(position, attitude)
+
+    def _step_law(self, position: Position, attitude: Attitude) -> None:
         row = self._law.step(position, attitude, self._now_us, self.phase.value)
         self._send(self._setpoint(row.controls))
         self._setpoints_sent += 1

@@ -7,12 +7,14 @@ constant speed. Every answer and every stream can be overridden.
 from __future__ import annotations
 
 import struct
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 from mavquad.agent import Agent
 from mavquad.agent_params import AgentParams, FlightParams
+from mavquad.control.params import LawParams
 from mavquad.drivers.runner import Runner
 from mavquad.flight.guards import GuardParams
 from mavquad.flight.machine import Phase
@@ -21,6 +23,7 @@ from mavquad.flight_record import Note
 from mavquad.protocol.codec import Encoder, decode, mavlink
 from mavquad.protocol.firmware import px4
 from mavquad.protocol.link import LinkParams
+from mavquad.types import Depth
 
 START_US = 1_600_000_000_000_000
 TICK_US = 10_000
@@ -45,6 +48,8 @@ PARAMETERS = {
     "COM_RCL_EXCEPT": (mavlink.MAV_PARAM_TYPE_INT32, struct.unpack("<f", struct.pack("<i", 4))[0]),
     "COM_OF_LOSS_T": (mavlink.MAV_PARAM_TYPE_REAL32, 1.0),
 }
+VERSIONS: dict[Depth, tuple[int, int, int]] = {"torque": (1, 13, 3), "rate": (1, 16, 2), "attitude": (1, 16, 2)}
+SETPOINTS: dict[Depth, str] = {"torque": SETPOINT, "rate": "SET_ATTITUDE_TARGET", "attitude": "SET_ATTITUDE_TARGET"}
 Answer = Callable[["ScriptedVehicle"], None]
 
 
@@ -71,7 +76,8 @@ def silent(vehicle: ScriptedVehicle) -> None:
 
 @dataclass
 class ScriptedVehicle:
-    """Attributes: `answers` by the command's name, `muted` message names, `period_ticks` of the pose streams."""
+    """Attributes: `answers` by the command's name, `muted` message names, periods of the pose streams, how much later than
+    its stamp a position is sent, its speed `drift_m_s` to the east."""
 
     answers: dict[str, Answer] = field(default_factory=dict)
     autopilot: int = mavlink.MAV_AUTOPILOT_PX4
@@ -79,7 +85,10 @@ class ScriptedVehicle:
     muted: set[str] = field(default_factory=set)
     lost: Callable[[Any], bool] = lambda message: False
     repeated: Callable[[Any], bool] = lambda message: False
-    period_ticks: int = 1
+    tick_us: int = TICK_US
+    attitude_ms: int = 10
+    position_ms: int = 10
+    position_late_ms: int = 0
     mode: px4.Mode = px4.LOITER
     armed: bool = False
     prearm: bool = True
@@ -88,6 +97,8 @@ class ScriptedVehicle:
     east_m: float = 0.0
     roll_rad: float = 0.0
     pitch_rad: float = 0.0
+    yaw_rad: float = 0.3
+    drift_m_s: float = 0.0
     parameters: dict[str, tuple[int, float]] = field(default_factory=lambda: dict(PARAMETERS))
 
     def __post_init__(self) -> None:
@@ -95,11 +106,15 @@ class ScriptedVehicle:
         self.outbox: list[bytes] = []
         self.command: Any = None
         self.ticks = 0
-        self._ground_ticks = 0
+        self.on_ground_us = 0
+        self._late: deque[tuple[int, Any]] = deque()
 
     @property
     def boot_ms(self) -> int:
-        return BOOT_MS + self.ticks * TICK_US // 1000
+        return BOOT_MS + self.ticks * self.tick_us // 1000
+
+    def due(self, period_ms: int, at_ms: int = 0) -> bool:
+        return (self.boot_ms - BOOT_MS) % period_ms == at_ms
 
     def say(self, message: Any) -> None:
         frame = self.encoder.encode(message)
@@ -160,39 +175,44 @@ class ScriptedVehicle:
     # ------------------------------------------------------------------ what it tells
 
     def tick(self) -> list[bytes]:
-        """10 ms pass; the frames to deliver now."""
+        """Time passes; the frames to deliver now."""
         self.ticks += 1
         climb_m_s = self._move()
-        if self.ticks % 100 == 0:
+        if self.due(1000):
             self.say(heartbeat(self.autopilot, mavlink.MAV_TYPE_QUADROTOR, self.mode, self.armed))
-        if self.ticks % 50 == 25:
+        if self.due(500, at_ms=250):
             health = 0x10000000 if self.prearm else 0
             self.say(mavlink.MAVLink_sys_status_message(health, health, health, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0))
-        if self.ticks % 20 == 5:
+        if self.due(200, at_ms=50):
             landed = mavlink.MAV_LANDED_STATE_IN_AIR if self.height_m > 0.0 else mavlink.MAV_LANDED_STATE_ON_GROUND
             self.say(mavlink.MAVLink_extended_sys_state_message(0, landed))
-        if self.ticks % 10 == 7:
+        if self.due(100, at_ms=70):
             self.say(
                 mavlink.MAVLink_attitude_target_message(
                     self.boot_ms, 0, [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0, self.thrust
                 )
             )
-        if self.ticks % self.period_ticks == 0:
+        if self.due(self.attitude_ms):
             self.say(self.attitude())
-            self.say(self.position(climb_m_s))
+        if self.due(self.position_ms):
+            self._late.append((self.boot_ms + self.position_late_ms, self.position(climb_m_s)))
+        while self._late and self._late[0][0] <= self.boot_ms:
+            self.say(self._late.popleft()[1])
         outbox, self.outbox = self.outbox, []
         return outbox
 
     def attitude(self, **changes: float) -> Any:
-        values = {"roll": self.roll_rad, "pitch": self.pitch_rad, "yaw": 0.3, **changes}
+        values = {"roll": self.roll_rad, "pitch": self.pitch_rad, "yaw": self.yaw_rad, **changes}
         return mavlink.MAVLink_attitude_message(self.boot_ms, *values.values(), 0.0, 0.0, 0.0)
 
     def position(self, climb_m_s: float = 0.0, **changes: float) -> Any:
-        values = {"x": 1.0, "y": self.east_m, "z": -self.height_m, "vx": 0.0, "vy": 0.0, "vz": -climb_m_s, **changes}
+        place = {"x": 1.0, "y": self.east_m, "z": -self.height_m}
+        values = {**place, "vx": 0.0, "vy": self.drift_m_s, "vz": -climb_m_s, **changes}
         return mavlink.MAVLink_local_position_ned_message(self.boot_ms, *values.values())
 
     def _move(self) -> float:
-        step_m = SPEED_M_S * TICK_US * 1e-6
+        step_m = SPEED_M_S * self.tick_us * 1e-6
+        self.east_m += self.drift_m_s * self.tick_us * 1e-6
         if self.mode == px4.TAKEOFF:
             self.height_m += step_m
             if self.height_m >= ALTITUDE_M:
@@ -200,8 +220,8 @@ class ScriptedVehicle:
             return SPEED_M_S
         if self.mode == px4.LAND and self.armed:
             self.height_m = max(self.height_m - step_m, 0.0)
-            self._ground_ticks += self.height_m == 0.0
-            self.armed = self._ground_ticks < 50
+            self.on_ground_us += self.tick_us if self.height_m == 0.0 else 0
+            self.armed = self.on_ground_us < 500_000
             return -SPEED_M_S if self.height_m > 0.0 else 0.0
         return 0.0
 
@@ -275,9 +295,9 @@ class Dialogue:
         self._runner.command("stop", self.agent.stop, self.now_us)
 
     def step(self) -> None:
-        """10 ms: the vehicle hears what was sent before, then speaks."""
+        """One tick: the vehicle hears what was sent before, then speaks."""
         heard = len(self.sent)
-        self.now_us += TICK_US
+        self.now_us += self.vehicle.tick_us
         self._runner.advance(self.now_us)
         if not self.powered:
             return
@@ -299,11 +319,26 @@ class Dialogue:
         return self.run(lambda: len(self.of(name)) >= count)
 
     def run_for(self, duration_s: float) -> Dialogue:
-        for _ in range(round(duration_s * 1e6 / TICK_US)):
+        for _ in range(round(duration_s * 1e6 / self.vehicle.tick_us)):
             self.step()
         return self
 
     # ------------------------------------------------------------------ what was seen
+
+    @property
+    def setpoints(self) -> list[Sent]:
+        """The setpoints, of whichever depth."""
+        return [sent for sent in self.sent if sent.name in SETPOINTS.values()]
+
+    def arrivals(self, kind: str) -> list[int]:
+        """When messages of this kind arrived with a newer stamp than all before."""
+        newest, stamps = -1, []
+        for stamp_us, frame, outbound in self.record:
+            message = decode(frame)
+            if not outbound and message.get_type() == kind and message.time_boot_ms > newest:
+                newest = message.time_boot_ms
+                stamps.append(stamp_us)
+        return stamps
 
     def names(
         self, *, ignore: tuple[str, ...] = ("HEARTBEAT", "TIMESYNC", "PARAM_REQUEST_READ", "interval", "request")
@@ -325,3 +360,13 @@ class Dialogue:
     def phases(self) -> list[str]:
         """The phases entered so far."""
         return [note.text for note in self.notes if note.kind == "phase"]
+
+
+def with_law(**law: object) -> AgentParams:
+    """The agent's parameters with these keys of [law]."""
+    return PARAMS.model_copy(update={"law": LawParams.model_validate(law)})
+
+
+def at_depth(depth: Depth, **vehicle: Any) -> Dialogue:
+    """A dialogue with a vehicle whose firmware takes this depth, and an agent that is told to fly it."""
+    return Dialogue(ScriptedVehicle(version=VERSIONS[depth], **vehicle), with_law(depth=depth))

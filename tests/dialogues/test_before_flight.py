@@ -15,16 +15,18 @@ from tests.dialogues.peer import (
     ACCEPTED,
     PARAMS,
     POSCTL,
+    SETPOINTS,
     START_US,
     Dialogue,
     ScriptedVehicle,
     answer,
     heartbeat,
     silent,
+    with_law,
 )
 
 DENIED = mavlink.MAV_RESULT_DENIED
-FLYING_COMMANDS = {"arm", "takeoff", "offboard", "loiter", "land", "SET_ACTUATOR_CONTROL_TARGET"}
+FLYING_COMMANDS = {"arm", "takeoff", "offboard", "loiter", "land", *SETPOINTS.values()}
 
 
 def nothing_flown(dialogue):
@@ -44,7 +46,7 @@ def test_a_whole_flight_in_its_order():
 def test_the_streams_and_parameters_are_asked_for_once_when_all_is_answered():
     dialogue = Dialogue().run(Phase.WAITING)
     asked = [sent.message.param_id for sent in dialogue.of("PARAM_REQUEST_READ")]
-    assert asked == ["MIS_TAKEOFF_ALT", "COM_RCL_EXCEPT"]
+    assert asked == ["MIS_TAKEOFF_ALT", "COM_RCL_EXCEPT", "MPC_THR_HOVER"]
     intervals = {int(sent.message.param1): sent.message.param2 for sent in dialogue.of("interval")}
     assert intervals[mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED] == 10_000.0
     assert intervals[mavlink.MAVLINK_MSG_ID_ATTITUDE] == 10_000.0
@@ -101,22 +103,28 @@ def test_ardupilot_is_refused_by_name():
     assert isinstance(dialogue.agent.error, VehicleRefused)
     assert dialogue.agent.error.exit_code == 3
     assert "the autopilot is ARDUPILOTMEGA" in dialogue.agent.error.message
-    assert "PX4 up to 1.13" in dialogue.agent.error.hint
+    assert "mavquad flies PX4" in dialogue.agent.error.hint
     assert nothing_flown(dialogue)
 
 
-@pytest.mark.parametrize(("version", "refused"), [((1, 13, 3), False), ((1, 14, 0), True), ((1, 16, 2), True)])
-def test_a_release_that_ignores_torque_is_refused_before_arming(version, refused):
-    dialogue = Dialogue(ScriptedVehicle(version=version))
-    if refused:
-        dialogue.run()
-        name = ".".join(map(str, version))
-        assert f"PX4 {name} ignores torque setpoints silently" in dialogue.agent.error.message
-        assert dialogue.agent.error.exit_code == 3
-        assert nothing_flown(dialogue)
-    else:
-        dialogue.run(Phase.ARMING)
-        assert dialogue.agent.status().version == version
+@pytest.mark.parametrize("version", [(1, 14, 0), (1, 16, 2)])
+def test_torque_asked_of_a_release_that_ignores_it_is_refused_before_arming(version):
+    dialogue = Dialogue(ScriptedVehicle(version=version), with_law(depth="torque")).run()
+    error = dialogue.agent.error
+    assert isinstance(error, VehicleRefused)
+    assert error.exit_code == 3
+    assert f"PX4 {'.'.join(map(str, version))} ignores torque setpoints silently" in error.message
+    assert "--depth rate" in error.hint
+    assert nothing_flown(dialogue)
+
+
+@pytest.mark.parametrize(
+    ("version", "depth"),
+    [((1, 12, 0), "auto"), ((1, 13, 3), "auto"), ((1, 13, 3), "torque"), ((1, 14, 0), "auto"), ((1, 16, 2), "rate")],
+)
+def test_every_other_release_is_armed(version, depth):
+    dialogue = Dialogue(ScriptedVehicle(version=version), with_law(depth=depth)).run(Phase.ARMING)
+    assert dialogue.agent.status().version == version
 
 
 def test_an_unknown_parameter_does_not_hold_up_the_flight():
@@ -153,7 +161,7 @@ def test_lost_requests_are_repeated_with_a_confirmation_that_counts():
 
 
 def test_streams_that_are_too_slow_keep_it_on_the_ground():
-    dialogue = Dialogue(ScriptedVehicle(period_ticks=2)).run()
+    dialogue = Dialogue(ScriptedVehicle(attitude_ms=20, position_ms=20)).run()
     assert isinstance(dialogue.agent.error, VehicleTimeout)
     assert dialogue.agent.error.exit_code == 3
     # A second's window holds 49 or 50 of them.

@@ -11,7 +11,7 @@ from mavquad.errors import FlightEnded
 from mavquad.flight.machine import Phase
 from mavquad.protocol.codec import Encoder, mavlink
 from mavquad.protocol.firmware import px4
-from tests.dialogues.peer import PARAMS, POSCTL, SETPOINT, Dialogue, heartbeat
+from tests.dialogues.peer import PARAMS, POSCTL, SETPOINT, Dialogue, heartbeat, with_law
 
 POSITION_FIELDS = ("x", "y", "z", "vx", "vy", "vz")
 ATTITUDE_FIELDS = ("roll", "pitch", "yaw")
@@ -84,7 +84,7 @@ def test_a_pose_stream_that_comes_back_does_not_bring_the_law_back():
 
 
 @pytest.mark.parametrize(
-    ("roll_deg", "pitch_deg", "trips"), [(44, 0, False), (46, 0, True), (0, -46, True), (33, 33, True)]
+    ("roll_deg", "pitch_deg", "trips"), [(64, 0, False), (66, 0, True), (0, -66, True), (50, 50, True)]
 )
 def test_the_tilt_guard(roll_deg, pitch_deg, trips):
     dialogue = flying(seconds=0.1)
@@ -105,8 +105,9 @@ def test_the_tilt_guard(roll_deg, pitch_deg, trips):
 def test_the_volume_guard(east_m, height_m, words):
     dialogue = flying(seconds=0.1)
     dialogue.vehicle.east_m, dialogue.vehicle.height_m = east_m, height_m
+    dialogue.vehicle.ticks += 1
     at = len(dialogue.sent)
-    dialogue.step()
+    dialogue.deliver(dialogue.vehicle.position())
     _, said = handed_back(dialogue, at)
     assert said.startswith("guard 'volume'")
     assert words in said
@@ -176,9 +177,13 @@ def test_a_vehicle_that_disarms_in_flight_ends_it():
     assert dialogue.agent.error.exit_code == 4
 
 
-def test_old_and_repeated_poses_make_no_setpoint():
-    dialogue = flying()
-    fresh, sent, old = dialogue.vehicle.position(), len(dialogue.of(SETPOINT)), dialogue.agent.status().old_poses
+@pytest.mark.parametrize(
+    ("measurements", "stepping", "other"), [("full", "attitude", "position"), ("position_yaw", "position", "attitude")]
+)
+def test_old_and_repeated_poses_make_no_setpoint(measurements, stepping, other):
+    dialogue = flying(params=with_law(measurements=measurements))
+    fresh = getattr(dialogue.vehicle, stepping)()
+    sent, old = len(dialogue.of(SETPOINT)), dialogue.agent.status().old_poses
     dialogue.deliver(fresh)
     fresh.time_boot_ms -= 500
     dialogue.deliver(fresh)
@@ -187,12 +192,18 @@ def test_old_and_repeated_poses_make_no_setpoint():
     fresh.time_boot_ms += 501
     dialogue.deliver(fresh)
     assert len(dialogue.of(SETPOINT)) == sent + 1
+    newer = getattr(dialogue.vehicle, other)()
+    newer.time_boot_ms += 1
+    dialogue.deliver(newer)
+    assert len(dialogue.of(SETPOINT)) == sent + 1
+    assert dialogue.agent.status().old_poses == old + 2
 
 
-def test_repeated_poses_do_not_keep_the_law_alive():
+@pytest.mark.parametrize("name", ["ATTITUDE", "LOCAL_POSITION_NED"])
+def test_repeated_poses_do_not_keep_the_law_alive(name):
     dialogue = flying()
-    frozen = dialogue.vehicle.position()
-    dialogue.vehicle.muted = {"LOCAL_POSITION_NED"}
+    frozen = dialogue.vehicle.attitude() if name == "ATTITUDE" else dialogue.vehicle.position()
+    dialogue.vehicle.muted = {name}
     start_us = dialogue.now_us
     while dialogue.agent.phase is Phase.FLYING:
         dialogue.step()

@@ -9,8 +9,9 @@ import pytest
 from mavquad.agent_params import SETPOINTS_BEFORE_OFFBOARD
 from mavquad.errors import VehicleRefused
 from mavquad.flight.machine import Phase
+from mavquad.protocol.codec import mavlink
 from mavquad.protocol.firmware import px4
-from tests.dialogues.peer import ACCEPTED, REJECTED, SETPOINT, Dialogue, ScriptedVehicle, answer, silent
+from tests.dialogues.peer import ACCEPTED, REJECTED, SETPOINT, Dialogue, ScriptedVehicle, answer, heartbeat, silent
 
 
 def refused_and_landed(dialogue):
@@ -67,6 +68,17 @@ def test_offboard_without_ack_is_seen_in_heartbeat():
     assert len(dialogue.of("offboard")) == asked
 
 
+def test_offboard_before_the_first_setpoint_is_taken_up_at_the_next_heartbeat():
+    """Somebody chose it in the moment between the hover's end and the law's first step."""
+    dialogue = Dialogue().run(Phase.ENGAGING)
+    assert dialogue.of(SETPOINT) == []
+    dialogue.vehicle.mode = px4.OFFBOARD
+    dialogue.deliver(heartbeat(mavlink.MAV_AUTOPILOT_PX4, mavlink.MAV_TYPE_QUADROTOR, px4.OFFBOARD, armed=True))
+    assert dialogue.agent.phase is Phase.ENGAGING
+    dialogue.run(Phase.FLYING, 1.1)
+    assert dialogue.run().agent.error is None
+
+
 def test_a_request_for_offboard_is_not_repeated_after_a_stop():
     dialogue = Dialogue(ScriptedVehicle(answers={"offboard": silent})).until_sent("offboard")
     asked = len(dialogue.of("offboard"))
@@ -119,7 +131,7 @@ def test_a_hand_back_that_is_not_answered_lands_all_the_same():
 def test_a_vehicle_that_stays_armed_on_the_ground_is_disarmed():
     vehicle = ScriptedVehicle()
     dialogue = Dialogue(vehicle).run(Phase.LANDING)
-    vehicle.__dict__["_ground_ticks"] = -100_000
+    vehicle.on_ground_us = -1_000_000_000
     dialogue.run(Phase.DISARMING)
     assert dialogue.names()[-1] == "disarm"
     dialogue.run()

@@ -9,46 +9,62 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mavquad.agent import Agent
+from mavquad.control.defaults import DEPTHS
 from mavquad.drivers.replay import OperatorEvent, replay
 from mavquad.endpoint import GRID_US
 from mavquad.flight.machine import Phase
-from mavquad.protocol.codec import decode, mavlink
+from mavquad.protocol.codec import mavlink
 from mavquad.tlog import Record
-from tests.dialogues.peer import PARAMS, SETPOINT, START_US, Dialogue, ScriptedVehicle
+from tests.dialogues.peer import (
+    PARAMS,
+    SETPOINT,
+    SETPOINTS,
+    START_US,
+    VERSIONS,
+    Dialogue,
+    ScriptedVehicle,
+    with_law,
+)
 
 LAW_PHASES = {Phase.ENGAGING, Phase.FLYING, Phase.HANDING_BACK}
 
 
-def lossy_flight(seed, loss, repeats=0.0):
+def lossy_flight(seed, loss, repeats=0.0, depth="torque", measurements="full"):
     chance = random.Random(seed)
     vehicle = ScriptedVehicle(
-        lost=lambda message: chance.random() < loss, repeated=lambda message: chance.random() < repeats
+        version=VERSIONS[depth],
+        lost=lambda message: chance.random() < loss,
+        repeated=lambda message: chance.random() < repeats,
     )
-    return Dialogue(vehicle).run(limit_s=300.0)
-
-
-def fresh_position_stamps(dialogue):
-    """Arrivals of LOCAL_POSITION_NED with a newer stamp than all before."""
-    newest, stamps = -1, set()
-    for stamp_us, frame, outbound in dialogue.record:
-        message = decode(frame)
-        if not outbound and message.get_type() == "LOCAL_POSITION_NED" and message.time_boot_ms > newest:
-            newest = message.time_boot_ms
-            stamps.add(stamp_us)
-    return stamps
+    return Dialogue(vehicle, with_law(depth=depth, measurements=measurements)).run(limit_s=300.0)
 
 
 @settings(max_examples=25)
-@given(seed=st.integers(0, 2**31), loss=st.sampled_from([0.0, 0.02, 0.1, 0.3]))
-def test_every_setpoint_answers_a_fresh_position_but_for_one_safe_one(seed, loss):
-    dialogue = lossy_flight(seed, loss, repeats=0.1)
-    fresh = fresh_position_stamps(dialogue)
-    setpoints = dialogue.of(SETPOINT)
-    without = [sent for sent in setpoints if sent.stamp_us not in fresh]
-    assert len(without) <= dialogue.agent.status().safe_setpoints <= 1
-    assert len(setpoints) == dialogue.agent.status().setpoints_sent + dialogue.agent.status().safe_setpoints
-    assert all(sent.message.time_usec == sent.stamp_us for sent in setpoints)
-    assert {sent.phase for sent in setpoints} <= LAW_PHASES
+@given(
+    seed=st.integers(0, 2**31),
+    loss=st.sampled_from([0.0, 0.02, 0.1, 0.3]),
+    depth=st.sampled_from(DEPTHS),
+    measurements=st.sampled_from(["full", "position_attitude", "position_yaw"]),
+)
+def test_every_setpoint_answers_a_fresh_measurement_but_for_one_safe_one(seed, loss, depth, measurements):
+    dialogue = lossy_flight(seed, loss, 0.1, depth, measurements)
+    by_position = depth == "attitude" or measurements == "position_yaw"
+    stepping = "LOCAL_POSITION_NED" if by_position else "ATTITUDE"
+    fresh = set(dialogue.arrivals(stepping))
+    without = [sent for sent in dialogue.setpoints if sent.stamp_us not in fresh]
+    status = dialogue.agent.status()
+    assert len(without) <= status.safe_setpoints <= 1
+    assert len(dialogue.setpoints) == status.setpoints_sent + status.safe_setpoints
+    assert {sent.name for sent in dialogue.setpoints} <= {SETPOINTS[depth]}
+    assert all(stamped(sent) for sent in dialogue.setpoints)
+    assert {sent.phase for sent in dialogue.setpoints} <= LAW_PHASES
+
+
+def stamped(sent):
+    """Whether a setpoint carries the moment that it was sent at."""
+    if sent.name == SETPOINT:
+        return sent.message.time_usec == sent.stamp_us
+    return sent.message.time_boot_ms == sent.stamp_us // 1000 % 2**32
 
 
 @settings(max_examples=15)
@@ -104,6 +120,11 @@ def test_heartbeats_go_out_once_a_second_from_the_first_frame_heard_on():
     assert len(stamps) >= 5
 
 
+def test_the_status_before_the_version_is_known_tells_no_depth():
+    dialogue = Dialogue().run(Phase.IDENTIFYING)
+    assert (dialogue.agent.status().version, dialogue.agent.status().depth) == ((0, 0, 0), "")
+
+
 def test_timesync_is_answered_with_our_clock_and_its_own_stamp():
     dialogue = Dialogue().run(Phase.WAITING)
     dialogue.deliver(mavlink.MAVLink_timesync_message(0, 123_456_789))
@@ -143,6 +164,7 @@ def test_the_status_of_a_flight_for_a_display():
         True,
         "PX4 1.13.3 (1/1)",
     )
+    assert status.depth == "torque"
     assert status.height_m == pytest.approx(2.5, abs=0.03)
     assert status.position_error_m == pytest.approx(0.0, abs=1e-3)
     assert (status.mission_duration_s, status.position_hz) == (2.5, 100.0)
