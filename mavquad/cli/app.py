@@ -47,7 +47,17 @@ ConnectOption = Annotated[
     str | None,
     typer.Option(help="Vehicle: udpin:HOST:PORT (listen), udpout:HOST:PORT (speak first).", show_default=False),
 ]
-MissionOption = Annotated[str | None, typer.Option(help="box or hover.", show_default=False)]
+MissionOption = Annotated[
+    str | None,
+    typer.Option(help="hover, box, goto, circle, figure_eight, waypoints, file.", show_default=False),
+]
+GotoOption = Annotated[
+    str | None, typer.Option(help="Fly there: N,E,D in m from the hand-over point.", show_default=False)
+]
+FileOption = Annotated[
+    Path | None,
+    typer.Option(help="Fly a trajectory: CSV with t_s,north_m,east_m,down_m[,yaw_deg].", show_default=False),
+]
 DurationOption = Annotated[
     float | None, typer.Option(help="Seconds under the law; 0: the mission's own length.", show_default=False)
 ]
@@ -74,6 +84,8 @@ def fly(
     config: ConfigArgument = None,
     connect: ConnectOption = None,
     mission: MissionOption = None,
+    goto: GotoOption = None,
+    file: FileOption = None,
     duration: DurationOption = None,
     depth: DepthOption = None,
     law: LawOption = None,
@@ -90,12 +102,13 @@ def fly(
     options = {
         "--connect": ("link.url", connect),
         "--mission": ("mission.name", mission),
+        **_places(mission, goto, file),
         "--duration": ("mission.duration_s", duration),
         "--depth": ("law.depth", depth),
         "--force": ("flight.force", "true" if force else None),
         "--law": ("law.form", law and law.replace("-", "_")),
         "--seed": ("seed", seed),
-        "--wind": ("mock.wind_ned_m_s", _vector(wind)),
+        "--wind": ("mock.wind_ned_m_s", _vector("--wind", wind, "m/s")),
     }
     return command(config, _overrides(set_, options), run_dir, json)
 
@@ -104,6 +117,8 @@ def fly(
 def sim(
     config: ConfigArgument = None,
     mission: MissionOption = None,
+    goto: GotoOption = None,
+    file: FileOption = None,
     duration: DurationOption = None,
     depth: DepthOption = None,
     law: LawOption = None,
@@ -122,12 +137,13 @@ def sim(
 
     options = {
         "--mission": ("mission.name", mission),
+        **_places(mission, goto, file),
         "--duration": ("mission.duration_s", duration),
         "--depth": ("law.depth", depth),
         "--force": ("flight.force", "true" if force else None),
         "--law": ("law.form", law and law.replace("-", "_")),
         "--seed": ("seed", seed),
-        "--wind": ("mock.wind_ned_m_s", _vector(wind)),
+        "--wind": ("mock.wind_ned_m_s", _vector("--wind", wind, "m/s")),
         "--latency-ms": ("mock.link.latency_ms", latency_ms),
         "--jitter-ms": ("mock.link.jitter_ms", jitter_ms),
         "--loss": ("mock.link.loss", loss),
@@ -204,14 +220,24 @@ def _overrides(own: list[str] | None, options: Mapping[str, tuple[str, object]])
     return given + [parse_override(assignment) for assignment in own or []]
 
 
-def _vector(wind: str | None) -> str | None:
+def _places(mission: str | None, goto: str | None, file: Path | None) -> dict[str, tuple[str, object]]:
+    """Options that choose a mission and say where it goes."""
+    given = [name for name, value in (("--mission", mission), ("--goto", goto), ("--file", file)) if value is not None]
+    if len(given) > 1:
+        raise ConfigError(given[1], "", f"{given[0]} chooses the mission already: give one of them")
+    if goto is not None:
+        return {"--goto": ("mission.offset_ned_m", _vector("--goto", goto, "m")), "--goto ": ("mission.name", "goto")}
+    return {"--file": ("mission.file", file)}
+
+
+def _vector(option: str, text: str | None, unit: str) -> str | None:
     """N,E,D as a TOML array."""
-    if wind is None:
+    if text is None:
         return None
     try:
-        north, east, down = (float(part) for part in wind.split(","))
+        north, east, down = (float(part) for part in text.split(","))
     except ValueError:
-        raise ConfigError("--wind", "", f"{wind!r} is not three numbers N,E,D in m/s, e.g. --wind 3,0,0") from None
+        raise ConfigError(option, "", f"{text!r} is not three numbers N,E,D in {unit}, e.g. {option} 3,0,0") from None
     return f"[{north}, {east}, {down}]"
 
 
