@@ -18,6 +18,7 @@ from mavquad.flight.airframe import HoverThrust, within_hover
 from mavquad.flight.guards import Tripped, check
 from mavquad.flight.law_flight import LawFlight
 from mavquad.flight.machine import IN_FLIGHT, Event, Phase, next_phase
+from mavquad.flight.mission_check import height_fault
 from mavquad.flight.pose import PoseIntake
 from mavquad.flight.takeoff import TakeoffWatch
 from mavquad.flight.vehicle import Vehicle
@@ -458,11 +459,19 @@ class Captain:
         elif self.phase is Phase.TAKING_OFF:
             holds = self._vehicle.mode == px4.LOITER and self._pose.stale(self._now_us) is None
             if self._takeoff.is_over(position, self._ground_m, holds, self._now_us):
-                self._fire(Event.AIRBORNE)
+                self._on_airborne(position.position_nwu_m[2] - self._ground_m)
         elif self.phase is Phase.FLYING and self._law.mission_over(position.stamp_us):
             self._fire(Event.MISSION_OVER)
         self._law.take_position(position)
         self._fly(not self._law.steps_on_attitude)
+
+    def _on_airborne(self, height_m: float) -> None:
+        """How far the mission leads up and down counts from here."""
+        fault = height_fault(self._params.mission, self._params.guards, height_m)
+        if fault is None:
+            self._fire(Event.AIRBORNE)
+        else:
+            self._fire(Event.TIMEOUT, reasons.too_high_or_low(fault))
 
     def _not_ready(self) -> str:
         """Why the vehicle cannot be armed yet; empty when it can."""

@@ -115,6 +115,11 @@ def not_engaged(
     return VehicleRefused("mode OFFBOARD", words, said, hint)
 
 
+def too_high_or_low(fault: str) -> FlightEnded:
+    """The mission would leave the volume from where the takeoff ended."""
+    return FlightEnded(f"the law does not take over: {fault}", "change the mission, the guard, or the takeoff's height")
+
+
 def too_long(phase: Phase, details: str, tries: int, waited_s: float, said: str) -> VehicleTimeout:
     """A phase took longer than its limit."""
     words, hint = _WAITING_FOR.get(phase, (phase.value, ""))
