@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from mavquad.analysis.loop_spec import Kind, LoopSpec, loop_spec
-from mavquad.analysis.margins import margins
+from mavquad.analysis.margins import Margins, margins
 from mavquad.analysis.noise_gain import noise_gain
 from mavquad.control.model import GRAVITY_M_S2
 from mavquad.control.params import LawParams
@@ -44,6 +44,7 @@ class Limits:
         delay_s: least additional delay.
         peak: greatest Ms.
         noise_share: greatest RMS of the input from the usual noise, as a share of the input's saturation level.
+        alternating: greatest modulus of an eigenvalue that changes sign from command to command.
         approach_share: greatest input, as a share of that level, with which the law sets out from rest for its full speed
             of approach: a channel as weak as a quadcopter's yaw is not made quick by gains.
     """
@@ -52,6 +53,7 @@ class Limits:
     delay_s: float = 0.02
     peak: float = 2.5
     noise_share: float = 0.1
+    alternating: float = 0.7
     approach_share: float = 1.5
 
 
@@ -151,12 +153,22 @@ class _Search:
             spec = loop_spec(law, self.depth, kind, self.streams)
             if approach_share(law, self.depth, spec) > limits.approach_share:
                 return None
-            found = margins(spec, bisect=False)
-            broken = found.phase_deg < limits.phase_deg or found.delay_s < limits.delay_s or found.peak > limits.peak
-            if broken or (noise := noise_share(law, self.depth, spec)) > limits.noise_share:
+            if (
+                _broken(margins(spec, bisect=False), limits)
+                or (noise := noise_share(law, self.depth, spec)) > limits.noise_share
+            ):
                 return None
             share = max(share, noise)
         return share
+
+
+def _broken(found: Margins, limits: Limits) -> bool:
+    return (
+        found.phase_deg < limits.phase_deg
+        or found.delay_s < limits.delay_s
+        or found.peak > limits.peak
+        or found.alternating > limits.alternating
+    )
 
 
 def _rounded(value: float) -> float:

@@ -1,4 +1,7 @@
-"""`mavquad tune --output`: maps of the margins over omega0 and kappa, the gains in force and the fastest ones marked."""
+"""`mavquad tune --output`: maps of the margins over omega0 and kappa, the gains in force and the fastest ones marked.
+
+kappa is drawn as its ratio to omega0: the observer leads the law, and what lies below a ratio of 1 is of no use.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from mavquad.analysis import canvas
-from mavquad.analysis.canvas import Axes
+from mavquad.analysis.canvas import Axes, Figure
 from mavquad.analysis.gain_search import PLACE, TURN, Gains
 from mavquad.analysis.loop_spec import Kind
 from mavquad.analysis.margin_map import MarginMap, margin_map
@@ -20,7 +23,6 @@ _SHADES = ("#08519c", "#2171b5", "#4292c6", "#6baed6", "#9ecae1", "#c6dbef", "#e
 """Blues of one hue, dark where the margin is good; the last is for all that is stable and above the last Ms."""
 _DELAYS_MS = (5.0, 20.0, 50.0, 100.0, 200.0)
 _UNSTABLE = "#f3e6df"
-_LARGE = 1e3
 
 
 def margin_figure(reports: Sequence[TuneReport], streams: StreamParams, path: Path | str, title: str) -> None:
@@ -43,12 +45,31 @@ def margin_figure(reports: Sequence[TuneReport], streams: StreamParams, path: Pa
             axes = figure.add_subplot(grid[row, column])
             filled = _draw(axes, report, kinds, streams)
             axes.set_title(f"depth {report.depth}: {words}", loc="left", fontsize=11, color=canvas.INK)
+    _explain(figure)
     scale = figure.add_axes((0.92, 0.065, 0.014, 0.82))
     bar = figure.colorbar(filled, cax=scale, ticks=_PEAKS)
     bar.set_label("Ms, peak of the sensitivity", fontsize=10, color=canvas.INK)
     bar.outline.set_visible(False)
     bar.ax.tick_params(labelsize=9, color=canvas.MUTED, labelcolor=canvas.INK)
     canvas.save_png(figure, Path(path))
+
+
+def _explain(figure: Figure) -> None:
+    """What the lines and the empty ground are, once for all maps."""
+    from matplotlib.lines import Line2D
+
+    figure.legend(
+        handles=[
+            Line2D([], [], color=canvas.INK, linewidth=0.9, label="delay margin"),
+            Line2D([], [], color=canvas.ORANGE, linewidth=1.6, linestyle="dashed", label="limit of noise"),
+            Line2D([], [], color=_UNSTABLE, marker="s", ms=10, linestyle="none", label="unstable"),
+        ],
+        loc="lower right",
+        bbox_to_anchor=(0.905, 0.955),
+        ncols=3,
+        fontsize=9.5,
+        frameon=False,
+    )
 
 
 def _subtitle(report: TuneReport) -> str:
@@ -75,32 +96,28 @@ def _draw(axes: Axes, report: TuneReport, kinds: tuple[Kind, ...], streams: Stre
 
 def _shade(axes: Axes, found: MarginMap, report: TuneReport) -> object:
     """Ms in shades, delay margins as lines, the limit of noise as a dashed one."""
-    omega0, kappa = np.meshgrid(found.omega0_rad_s, found.ratio)
-    kappa = kappa * omega0
+    plane = (found.omega0_rad_s, found.ratio)
     axes.set_facecolor(_UNSTABLE)
-    peaks = np.ma.masked_invalid(found.peak)
-    filled = axes.contourf(omega0, kappa, peaks, levels=_PEAKS, colors=_SHADES, extend="max")
-    lines = axes.contour(omega0, kappa, found.delay_s * 1e3, levels=_DELAYS_MS, colors=canvas.INK, linewidths=0.9)
+    filled = axes.contourf(*plane, np.ma.masked_invalid(found.peak), levels=_PEAKS, colors=_SHADES, extend="max")
+    delay_ms = np.ma.masked_where(~np.isfinite(found.peak), found.delay_s * 1e3)
+    lines = axes.contour(*plane, delay_ms, levels=_DELAYS_MS, colors=canvas.INK, linewidths=0.9)
     axes.clabel(lines, fmt="%g ms", fontsize=8)
-    share = np.minimum(found.noise_share, _LARGE)
+    share = np.ma.masked_invalid(found.noise_share)
     axes.contour(
-        omega0,
-        kappa,
+        *plane,
         share,
         levels=[report.limits.noise_share],
         colors=canvas.ORANGE,
         linewidths=1.6,
         linestyles="dashed",
     )
-    axes.plot([], [], color=canvas.INK, linewidth=0.9, label="delay margin")
-    axes.plot([], [], color=canvas.ORANGE, linewidth=1.6, linestyle="dashed", label="limit of noise")
     canvas.style(axes)
     axes.grid(False)
     axes.set_xscale("log")
     axes.set_yscale("log")
     _plain_ticks(axes)
     axes.set_xlabel("omega0 (rad/s)", fontsize=10, color=canvas.INK)
-    canvas.label(axes, "kappa (rad/s)")
+    canvas.label(axes, "kappa / omega0")
     return filled
 
 
@@ -116,7 +133,7 @@ def _plain_ticks(axes: Axes) -> None:
 def _mark(axes: Axes, gains: Gains, marker: str, colour: str, words: str) -> None:
     axes.plot(
         [gains.omega0_rad_s],
-        [gains.kappa_rad_s],
+        [gains.kappa_rad_s / gains.omega0_rad_s],
         marker,
         color=colour,
         markeredgecolor="white",

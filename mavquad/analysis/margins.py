@@ -44,6 +44,9 @@ class Margins:
         eigenvalues: of the closed loop over one beat, largest modulus first.
         spectral_radius: largest modulus, for one tick.
         slowest_s: time constant of the slowest eigenvalue, s.
+        alternating: largest modulus of an eigenvalue with a negative real part, one that changes sign from beat to beat.
+            The law predicts over the lag with its last command held, so that a command answers the one before it: near 1
+            the commands alternate, which the margins, a matter of the plant, do not show.
         stable: whether it is less than 1.
         gain_low: least factor on the plant's input gain (torque scale, thrust scale) that it bears; 0: any.
         gain_high: greatest.
@@ -59,6 +62,7 @@ class Margins:
     eigenvalues: tuple[complex, ...]
     spectral_radius: float
     slowest_s: float
+    alternating: float
     stable: bool
     gain_low: float = 1.0
     gain_high: float = 1.0
@@ -121,6 +125,7 @@ def _of_eigenvalues(eigenvalues: Complex, spec: LoopSpec) -> Margins:
         eigenvalues=tuple(ordered),
         spectral_radius=largest ** (1.0 / spec.beat.ticks),
         slowest_s=-beat_s / math.log(largest) if stable else math.inf,
+        alternating=max((abs(value) for value in ordered if value.real < 0.0), default=0.0),
         stable=stable,
     )
 
