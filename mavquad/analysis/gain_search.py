@@ -24,11 +24,14 @@ TURN: tuple[Kind, ...] = ("yaw",)
 
 KAPPA_RATIOS = (2.0, 2.5, 3.0, 4.0, 5.0, 6.5, 8.0, 10.0, 13.0, 16.0, 20.0)
 """kappa / omega0 that are tried; a quicker observer than that is one of noise."""
+SCANNED_RATIOS = (2.0, 4.0, 8.0, 16.0)
+"""Those that are tried on the way to the largest omega0."""
 OMEGA0_LEAST_RAD_S = 0.3
 OMEGA0_MOST_RAD_S = 12.0
 
 _COARSE, _FINE = 1.2, 1.02
 _EASED = 0.95
+_LATE_MOST_RAD = 3.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +47,7 @@ class Limits:
         delay_s: least additional delay.
         peak: greatest Ms.
         noise_share: greatest RMS of the input from the usual noise, as a share of the input's saturation level.
-        alternating: greatest modulus of an eigenvalue that changes sign from command to command.
+        echo: how much of a command may answer the one before it.
         approach_share: greatest input, as a share of that level, with which the law sets out from rest for its full speed
             of approach: a channel as weak as a quadcopter's yaw is not made quick by gains.
     """
@@ -53,7 +56,7 @@ class Limits:
     delay_s: float = 0.02
     peak: float = 2.5
     noise_share: float = 0.1
-    alternating: float = 0.7
+    echo: float = 0.7
     approach_share: float = 1.5
 
 
@@ -114,16 +117,16 @@ def fastest_gains(
         limits: what must be kept.
     """
     search = _Search(law, depth, streams, kinds, limits)
-    omega0 = OMEGA0_MOST_RAD_S
+    omega0 = search.most_rad_s()
     while (kappa := search.best_kappa(omega0)) is None:
         omega0 /= _COARSE
         if omega0 < OMEGA0_LEAST_RAD_S:
             return None
     found = Gains(omega0, kappa)
-    while (omega0 := omega0 * _FINE) <= OMEGA0_MOST_RAD_S and (kappa := search.best_kappa(omega0)) is not None:
+    while (omega0 := omega0 * _FINE) <= search.most_rad_s() and (kappa := search.best_kappa(omega0)) is not None:
         found = Gains(omega0, kappa)
     eased = found.omega0_rad_s * _EASED
-    kappa = search.best_kappa(eased)
+    kappa = search.best_kappa(eased, KAPPA_RATIOS)
     if kappa is not None:
         found = Gains(eased, kappa)
     return Gains(_rounded(found.omega0_rad_s), _rounded(found.kappa_rad_s))
@@ -137,11 +140,20 @@ class _Search:
     kinds: tuple[Kind, ...]
     limits: Limits
 
-    def best_kappa(self, omega0: float) -> float | None:
-        """The kappa to take at this omega0; None where no one keeps the limits."""
+    def most_rad_s(self) -> float:
+        """Where to begin: no loop is that much faster than its own delays."""
+        late_s = 0.0
+        for kind in self.kinds:
+            path = loop_spec(self.law, self.depth, kind, self.streams).path
+            late_s = max(late_s, path.delay_s + path.dead_time_s + path.lag_s)
+        return min(OMEGA0_MOST_RAD_S, _LATE_MOST_RAD / max(late_s, 1e-3))
+
+    def best_kappa(self, omega0: float, ratios: tuple[float, ...] = SCANNED_RATIOS) -> float | None:
+        """The kappa that makes the least noise at this omega0; None where no one keeps the limits."""
         # Without an observer kappa is nothing.
-        ratios = KAPPA_RATIOS if self.law.form == "output_feedback" else KAPPA_RATIOS[:1]
-        tried = [Gains(omega0, omega0 * ratio) for ratio in ratios]
+        tried = [
+            Gains(omega0, omega0 * ratio) for ratio in (ratios if self.law.form == "output_feedback" else ratios[:1])
+        ]
         scored = [(score, gains.kappa_rad_s) for gains in tried if (score := self._score(gains)) is not None]
         return min(scored)[1] if scored else None
 
@@ -167,7 +179,7 @@ def _broken(found: Margins, limits: Limits) -> bool:
         found.phase_deg < limits.phase_deg
         or found.delay_s < limits.delay_s
         or found.peak > limits.peak
-        or found.alternating > limits.alternating
+        or abs(found.echo) > limits.echo
     )
 
 

@@ -45,6 +45,8 @@ class Loop:
             where the law integrates w.
         commands: (c, n + c + m), the same of w.
         outputs: (t, n + c + m), the same of the plant's zeta_1 at every tick.
+        echo: coefficient of a command on the one before it. The law predicts over the lag with its last command held, so
+            that a command answers it; at -1 the commands alternate without end.
     """
 
     spec: LoopSpec
@@ -54,6 +56,7 @@ class Loop:
     inputs: Matrix
     commands: Matrix
     outputs: Matrix
+    echo: float
 
     def with_gain(self, factor: float) -> Matrix:
         """`a` with the plant's input gain `factor` times what the law takes it for: q = (factor - 1) input."""
@@ -100,6 +103,7 @@ class _Run:
         self.plant = Chain(plant, (*self._new(spec.plant_length), self.zero), 0, self._one())
         self.observer = self._observer()
         self.past = self._new(past)
+        self.last = int(np.argmax(self.past[-1]))
         self.before = self.acting = self._one()
         self.integrated = self._new(3) if spec.integrators else []
         self.past_thrusts = self._new(past_thrusts)
@@ -237,6 +241,7 @@ class _Run:
             np.array(self.inputs),
             np.array(self.commands),
             np.array(self.outputs),
+            float(self.commands[0][self.last]),
         )
 
 

@@ -44,9 +44,8 @@ class Margins:
         eigenvalues: of the closed loop over one beat, largest modulus first.
         spectral_radius: largest modulus, for one tick.
         slowest_s: time constant of the slowest eigenvalue, s.
-        alternating: largest modulus of an eigenvalue with a negative real part, one that changes sign from beat to beat.
-            The law predicts over the lag with its last command held, so that a command answers the one before it: near 1
-            the commands alternate, which the margins, a matter of the plant, do not show.
+        echo: coefficient of a command on the one before it; towards -1 the commands alternate, which the margins, a matter
+            of the plant, do not show.
         stable: whether it is less than 1.
         gain_low: least factor on the plant's input gain (torque scale, thrust scale) that it bears; 0: any.
         gain_high: greatest.
@@ -62,7 +61,7 @@ class Margins:
     eigenvalues: tuple[complex, ...]
     spectral_radius: float
     slowest_s: float
-    alternating: float
+    echo: float
     stable: bool
     gain_low: float = 1.0
     gain_high: float = 1.0
@@ -84,7 +83,7 @@ def margins(spec: LoopSpec, bisect: bool = True) -> Margins:
     loop = closed_loop(spec)
     beat_s = spec.beat.ticks * spec.beat.tick_us * 1e-6
     triangular = _triangular(loop)
-    found = _of_eigenvalues(np.diagonal(triangular[0]), spec)
+    found = _of_eigenvalues(np.diagonal(triangular[0]), loop.echo, spec)
     if not found.stable:
         return found
     omega = _frequencies(spec, beat_s)
@@ -116,7 +115,7 @@ def is_stable(spec: LoopSpec, extra_delay_s: float = 0.0, gain: float = 1.0) -> 
     return spectral_radius(closed_loop(replace(spec, path=path)).with_gain(gain)) < STABLE_BELOW
 
 
-def _of_eigenvalues(eigenvalues: Complex, spec: LoopSpec) -> Margins:
+def _of_eigenvalues(eigenvalues: Complex, echo: float, spec: LoopSpec) -> Margins:
     ordered = sorted(eigenvalues.tolist(), key=abs, reverse=True)
     largest = abs(ordered[0])
     beat_s = spec.beat.ticks * spec.beat.tick_us * 1e-6
@@ -125,7 +124,7 @@ def _of_eigenvalues(eigenvalues: Complex, spec: LoopSpec) -> Margins:
         eigenvalues=tuple(ordered),
         spectral_radius=largest ** (1.0 / spec.beat.ticks),
         slowest_s=-beat_s / math.log(largest) if stable else math.inf,
-        alternating=max((abs(value) for value in ordered if value.real < 0.0), default=0.0),
+        echo=echo,
         stable=stable,
     )
 
