@@ -94,7 +94,7 @@ def _error(law: Controller) -> tuple[float, ...]:
 
 def _memory(law: Controller) -> list[list[float]]:
     """All numbers that the next step starts from."""
-    return [[*chain.values, *chain.offsets, chain.lagged] for chain in law.estimator.chains]
+    return [[*c.values, *(d for drift in c.drifts for d in drift), c.lagged] for c in law.estimator.chains]
 
 
 # ---------------------------------------------------------------- the start

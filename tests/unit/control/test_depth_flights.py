@@ -63,7 +63,7 @@ def test_recovers_from_eight_metres_off_in_strong_wind(depth: Depth, yaw: float,
         wind=STRONG_WIND, start_yaw=yaw, trim_m_s2=holding,
     )  # fmt: skip
     assert not flight.crashed
-    assert flight.max_m(11.5) < 0.10
+    assert flight.max_m(11.5) < (0.10 if known else 0.15)
     assert max(flight.tilt) < math.radians(60.0)
 
 
