@@ -2,14 +2,10 @@
 
 import pytest
 
-from tests.support import LockstepFlight, fly
+from tests.flights.depths import landed_safely
+from tests.support import fly
 
 IN_FLIGHT = {"since": "offboard", "from_s": 4.0}
-
-
-def landed_safely(flight: LockstepFlight) -> bool:
-    truth = flight.mock.truth()
-    return truth.landed and not truth.armed and not truth.crashed
 
 
 def test_arming_refused() -> None:
@@ -50,10 +46,12 @@ def test_px4_without_a_transmitter_and_without_its_exception() -> None:
     assert "COM_RCL_EXCEPT is 0" in flight.agent.error.hint
 
 
-def test_px4_1_16_is_refused_on_the_ground() -> None:
-    flight = fly({"mock.firmware": '"1.16"'})
+@pytest.mark.parametrize("firmware", ["1.15", "1.16"])
+def test_torque_asked_of_a_later_px4_is_refused_on_the_ground(firmware: str) -> None:
+    flight = fly({"mock.firmware": f'"{firmware}"', "law.depth": '"torque"'})
     assert flight.exit_code == 3
-    assert "PX4 1.16" in str(flight.agent.error)
+    assert f"PX4 {firmware}" in str(flight.agent.error)
+    assert "--depth rate" in flight.agent.error.hint
     assert not any(note.text == "arming" for note in flight.notes)
 
 
@@ -108,16 +106,28 @@ def test_pilot_takes_over_and_is_left_alone() -> None:
 
 
 def test_tilt_guard() -> None:
-    flight = fly({"guards.tilt_deg": 6.0, "law.limits.tilt_max_deg": 5.0})
+    # A wind of 5 m/s leans the hovering vehicle by 27 degrees.
+    flight = fly({"guards.tilt_deg": 20.0, "law.limits.tilt_max_deg": 15.0, "mock.wind_ned_m_s": [5.0, 0.0, 0.0]})
     assert flight.exit_code == 4
     assert "guard 'tilt'" in str(flight.agent.error)
     assert landed_safely(flight)
 
 
 def test_volume_guard() -> None:
-    flight = fly({"guards.ceiling_m": 2.0})
+    # 9 N of drag on 6.9 N of weight: within 50 degrees of tilt it cannot hold its place.
+    wind = {"mock.wind_ned_m_s": [9.0, 0.0, 0.0], "mock.vehicle.mass_kg": 0.7}
+    flight = fly({**wind, "mission.name": '"hover"', "guards.radius_m": 2.0})
     assert flight.exit_code == 4
     assert "guard 'volume'" in str(flight.agent.error)
+    assert flight.agent.status().safe_setpoints == 1
+    assert landed_safely(flight)
+
+
+def test_a_mission_that_leads_out_of_the_volume_is_not_taken_over() -> None:
+    flight = fly({"guards.ceiling_m": 2.0})
+    assert flight.exit_code == 4
+    assert "the law does not take over" in str(flight.agent.error)
+    assert flight.agent.status().setpoints_sent == 0
     assert landed_safely(flight)
 
 
