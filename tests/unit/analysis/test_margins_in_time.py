@@ -67,7 +67,8 @@ def test_matrices_move_as_the_controller_does(depth: str, measured: str, late_s:
 @pytest.mark.parametrize(("depth", "measured"), CASES)
 def test_positions_at_half_the_rate_of_attitudes(depth: str, measured: str) -> None:
     law = law_of(measured)
-    specs = specs_of(law, depth, StreamParams(position_hz=50.0, attitude_hz=100.0))
+    # A delay that the law is not told of: without one nothing is ever corrected, and no rate of corrections would show.
+    specs = specs_of(law, depth, StreamParams(position_hz=50.0, attitude_hz=100.0), late_s=0.03)
     flown = response(law, depth, paths_of(specs), 250, position_every=2)
     for kind, spec in specs.items():
         if kind == "yaw" and depth == "attitude":
