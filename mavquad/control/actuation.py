@@ -26,6 +26,7 @@ _MICROSECOND_S = 1e-6
 Command = tuple[int, Vec4]
 """When it starts to act (us of the vehicle's clock), and the chain inputs w of z, yaw, x, y."""
 
+_KEPT = 4096
 MAX_COMMANDS = 64
 """Bound on the memory: the oldest are forgotten first (a measurement stream that stood still needs no exact past)."""
 
@@ -41,9 +42,25 @@ class Response(NamedTuple):
     """Answer to a unit of lagged input left from before, tau later."""
 
 
-@lru_cache(maxsize=4096)
+class _Responses(dict[int, Response]):
+    """Of one chain length and lag, by the elapsed time; kept, since stamps are regular."""
+
+    def __init__(self, length: int, lag_s: float) -> None:
+        super().__init__()
+        self._length, self._lag_s = length, lag_s
+
+    def __missing__(self, tau_us: int) -> Response:
+        if len(self) >= _KEPT:
+            self.clear()
+        found = self[tau_us] = response(self._length, self._lag_s, tau_us)
+        return found
+
+
+_responses = lru_cache(maxsize=64)(_Responses)
+
+
 def response(length: int, lag_s: float, tau_us: int) -> Response:
-    """The coefficients; kept, since stamps are regular."""
+    """The coefficients of one elapsed time."""
     tau_s = tau_us * _MICROSECOND_S
     taylor = tuple(tau_s**k / math.factorial(k) for k in range(length + 1))
     left = math.exp(-tau_s / lag_s) if lag_s > 0.0 else 0.0
@@ -67,6 +84,7 @@ class Interval(NamedTuple):
 
 def interval(length: int, lag_s: float, commands: tuple[Command, ...], from_us: int, to_us: int) -> Interval:
     """The commands in force between two moments. Before the first command its own value is taken."""
+    responses = _responses(length, lag_s)
     at = len(commands) - 1
     while at > 0 and commands[at][0] >= to_us:
         at -= 1
@@ -75,10 +93,10 @@ def interval(length: int, lag_s: float, commands: tuple[Command, ...], from_us: 
     while at > 0 and start_us > from_us:
         at -= 1
         before_us, before = commands[at]
-        switches.append((response(length, lag_s, to_us - start_us).step, _difference(value, before)))
+        switches.append((responses[to_us - start_us].step, _difference(value, before)))
         start_us, value = before_us, before
     duration_us = to_us - from_us
-    return Interval(duration_us, response(length, lag_s, duration_us), value, switches)
+    return Interval(duration_us, responses[duration_us], value, switches)
 
 
 def appended(commands: tuple[Command, ...], new: Command, oldest_needed_us: int) -> tuple[Command, ...]:

@@ -26,13 +26,14 @@ there predict, and the prediction is that of the plain chain.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 from mavquad.control.actuation import Command, Interval, advance, interval
 from mavquad.control.gains import observer_gain
 
 _LATE_MAX_US = 100_000
+_KEPT = 4096
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +45,16 @@ class Row:
     kappa_rad_s: float
     moduli: tuple[float, ...]
     """Its poles are -kappa times these: one for each state of the stretch, and for each of the disturbance's."""
+    _gains: dict[int, tuple[float, ...]] = field(default_factory=dict, compare=False, repr=False)
+
+    def gain(self, dt_us: int) -> tuple[float, ...]:
+        """K(dt); kept, since stamps are regular."""
+        gain = self._gains.get(dt_us)
+        if gain is None:
+            if len(self._gains) >= _KEPT:
+                self._gains.clear()
+            gain = self._gains[dt_us] = observer_gain(self.kappa_rad_s, self.moduli, dt_us)
+        return gain
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +100,7 @@ class Chain:
         lagged: the input behind its lag.
     """
 
-    __slots__ = ("_corrected_us", "drifts", "lagged", "spec", "values")
+    __slots__ = ("_corrected_us", "_unmeasured", "drifts", "lagged", "spec", "values")
 
     def __init__(self, spec: ChainSpec, values: tuple[float, ...], stamp_us: int, lagged: float = 0.0) -> None:
         self.spec = spec
@@ -97,6 +108,15 @@ class Chain:
         self.drifts = [[0.0] * (len(row.moduli) - (after.index - row.index)) for row, after in pairwise(spec.rows)]
         self.lagged = lagged
         self._corrected_us = [stamp_us] * len(spec.rows)
+        # Of each row, where the parts of its offset are: (stretch, derivative of its disturbance).
+        self._unmeasured = [
+            [
+                (stretch, row.index - after.index)
+                for stretch, after in enumerate(spec.rows[1:])
+                if 0 <= row.index - after.index < len(self.drifts[stretch])
+            ]
+            for row in spec.rows
+        ]
 
     @property
     def sigma(self) -> float:
@@ -112,10 +132,9 @@ class Chain:
         """To the end of the interval."""
         self.values, self.lagged = advance(self.values, self.lagged, span, channel)
         for drift in self.drifts:
-            if len(drift) > 1:
-                taylor = span.whole.taylor
-                for i in range(len(drift) - 1):
-                    drift[i] += sum(taylor[k] * drift[i + k] for k in range(1, len(drift) - i))
+            for i in range(len(drift) - 1):
+                for h, slope in zip(span.whole.taylor[1:], drift[i + 1 :], strict=False):
+                    drift[i] += h * slope
 
     def ahead(self, span: Interval, channel: int) -> list[float]:
         """zeta_1 .. zeta_r and sigma at the end of the interval; the estimate stays where it is."""
@@ -127,11 +146,9 @@ class Chain:
 
     def offset(self, row: int) -> float:
         """What of its state a row does not measure."""
-        rows, total = self.spec.rows, 0.0
-        index = rows[row].index
-        for drift, after in zip(self.drifts[:row], rows[1:], strict=False):
-            if index - after.index < len(drift):
-                total += drift[index - after.index]
+        total = 0.0
+        for stretch, derivative in self._unmeasured[row]:
+            total += self.drifts[stretch][derivative]
         return total
 
     def predicted(self, row: int, late_us: int = 0) -> float:
@@ -142,17 +159,20 @@ class Chain:
 
     def correct(self, row: int, innovation: float, stamp_us: int) -> None:
         """Take in measured minus predicted of one row at `stamp_us`; nothing happens when that moment was seen before."""
-        rows, values = self.spec.rows, self.values
-        this = rows[row]
-        gain = observer_gain(this.kappa_rad_s, this.moduli, max(0, stamp_us - self._corrected_us[row]))
-        self._corrected_us[row] = max(stamp_us, self._corrected_us[row])
-        for index, k in zip(range(this.index, len(values)), gain, strict=False):
+        dt_us = stamp_us - self._corrected_us[row]
+        if dt_us <= 0:
+            return
+        self._corrected_us[row] = stamp_us
+        this, values, drifts = self.spec.rows[row], self.values, self.drifts
+        gain, index = this.gain(dt_us), this.index
+        for k in gain[: len(values) - index]:
             values[index] += k * innovation
-        if row + 1 < len(rows):
+            index += 1
+        if row < len(drifts):
             # The step of the next rows' states is a step of their offsets: what those rows predict stays as it was.
-            drift, own = self.drifts[row], rows[row + 1].index - this.index
-            for i in range(len(drift)):
-                drift[i] += gain[own + i] * innovation
+            drift = drifts[row]
+            for i, k in enumerate(gain[-len(drift) :]):
+                drift[i] += k * innovation
 
     def _back(self, index: int, late_s: float) -> float:
         """A state a little earlier, by the chain's own Taylor series."""
