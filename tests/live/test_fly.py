@@ -87,6 +87,14 @@ def fly_with_its_own_mock(folder: Path) -> Flight:
     return Flight(process, folder / "run", stderr)
 
 
+def at_depth_rate(folder: Path) -> Flight:
+    """A firmware that takes no torque."""
+    arguments = ["fly", *PATIENT, *SHORT, "--set", 'mock.firmware="1.16"', "--run-dir", "run"]
+    flight = Flight(mavquad(*arguments, cwd=folder), folder / "run")
+    flight.end()
+    return flight
+
+
 def under_the_law(folder: Path, *arguments: str) -> Flight:
     """A flight that has just come under the law."""
     flight = Flight(mavquad("fly", *PATIENT, "--run-dir", "run", *arguments, cwd=folder), folder / "run")
@@ -157,6 +165,7 @@ SCENARIOS: dict[str, Callable[[Path], Flight]] = {
     scenario.__name__: scenario
     for scenario in (
         fly_with_its_own_mock,
+        at_depth_rate,
         interrupted,
         interrupted_twice,
         hung_up,
@@ -206,6 +215,14 @@ def test_a_live_flight_replays_bit_for_bit(flights: dict[str, Flight]) -> None:
     assert isinstance(outbound, dict)
     assert outbound["matched"] == outbound["recorded"] > 300
     assert outbound["first_mismatch"] is None
+
+
+def test_a_later_px4_is_flown_by_body_rates(flights: dict[str, Flight]) -> None:
+    flight = flights["at_depth_rate"]
+    assert flight.process.returncode == 0, flight.story
+    assert (flight.summary()["outcome"], flight.summary()["depth"]) == ("mission complete", "rate")
+    assert "depth rate, measurements full" in flight.story
+    assert replay(flight.run_dir)["outbound"]["first_mismatch"] is None  # type: ignore[index]
 
 
 def test_ctrl_c_lands_and_replays(flights: dict[str, Flight]) -> None:

@@ -11,6 +11,8 @@ from mavquad.errors import RunFolderError
 from mavquad.tlog import pack_record, read_records
 
 SHORT = ["--mission", "hover", "--duration", "1"]
+LEANING = ["--wind", "5,0,0", "--set", "guards.tilt_deg=20", "--set", "law.limits.tilt_max_deg=15"]
+"""The wind leans the hovering vehicle by 27 degrees."""
 
 
 @pytest.fixture
@@ -59,6 +61,7 @@ def run_dir(tmp_path_factory) -> Path:
         (["sim", "--set", "seed.x=1"], "'seed' is a value, not a table"),
         (["sim", "--wind", "1,2"], "--wind: '1,2' is not three numbers N,E,D"),
         (["sim", "--loss", "2"], "--loss: Input should be less than or equal to 1"),
+        (["sim", "--depth", "thrust"], "--depth: Input should be 'auto', 'torque', 'rate' or 'attitude'"),
         (["sim", "--mission", "loop"], "--mission: Input should be 'box', 'hover', 'goto'"),
         (["sim", "--duration", "-1"], "--duration: Input should be greater than or equal to 0"),
         (["sim", "--nonsense"], "No such option: --nonsense"),
@@ -226,19 +229,41 @@ def test_an_error_of_our_own_is_one_message_and_a_file(cli, monkeypatch):
 
 
 def test_a_guard_ends_a_flight_with_exit_code_4(cli):
-    code, out, err = cli("sim", "--set", "guards.ceiling_m=2", "--json")
+    code, out, err = cli("sim", *LEANING, "--json")
     assert code == 4
-    assert "guard 'volume'" in err
+    assert "guard 'tilt'" in err
     assert json.loads(out)["completed"] is False
 
 
 def test_a_refusal_ends_with_exit_code_3(cli):
-    code, _, err = cli("sim", "--set", 'mock.firmware="1.16"', "--json")
+    code, _, err = cli("sim", "--set", 'mock.firmware="1.16"', "--depth", "torque", "--json")
     assert code == 3
     assert "PX4 1.16" in err
+    assert "--depth rate" in err
 
 
-@pytest.mark.parametrize(("options", "wanted"), [(["--set", "guards.ceiling_m=2"], 4), (SHORT, 2)])
+@pytest.mark.parametrize(
+    ("options", "depth", "control"),
+    [
+        ([], "torque", "control_roll_norm"),
+        (["--set", 'mock.firmware="1.16"'], "rate", "control_roll_rate_rad_s"),
+        (["--depth", "attitude"], "attitude", "control_roll_rad"),
+    ],
+)
+def test_a_flight_of_each_depth_leaves_its_trace_and_replays(cli, tmp_path, options, depth, control):
+    code, out, _ = cli("sim", *SHORT, *options, "--json", "--run-dir", "run")
+    assert code == 0
+    assert json.loads(out)["depth"] == depth
+    header, *rows = (tmp_path / "run" / "trace.csv").read_text().splitlines()
+    assert control in header.split(",")
+    assert len(rows) == json.loads(out)["setpoints_sent"]
+    assert f"depth {depth}, measurements full" in (tmp_path / "run" / "notes.jsonl").read_text()
+    code, out, _ = cli("replay", "run/flight.tlog", "--json")
+    assert code == 0
+    assert json.loads(out)["outbound"]["first_mismatch"] is None
+
+
+@pytest.mark.parametrize(("options", "wanted"), [(LEANING, 4), (SHORT, 2)])
 def test_a_figure_that_cannot_be_written_does_not_hide_how_the_flight_ended(cli, monkeypatch, options, wanted):
     def full(*_: object) -> None:
         raise RunFolderError("flight.png", "disk full")
