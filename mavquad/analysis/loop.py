@@ -90,7 +90,8 @@ class _Run:
         self.late, self.after_us = divmod(round((path.delay_s + path.dead_time_s) * 1e6), self.step_us)
         self.replicated = any(index >= spec.plant_length for index in spec.measured)
         past = max(self._past(spec.delay_us + chain.dead_us), 0 if spec.integrators else self.late)
-        past_thrusts = max(self._past(spec.delay_us), self.late) if spec.integrators else 0
+        # One more: the slope of the thrust in force is that from the one before it.
+        past_thrusts = max(self._past(spec.delay_us), self.late) + 1 if spec.integrators else 0
         states = spec.plant_length + 1 + chain.length + 2 + _drifts(chain) + past + 1 + past_thrusts
         self.columns = (
             states + (3 if spec.integrators else 0) + self.replicated,

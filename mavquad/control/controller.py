@@ -135,7 +135,10 @@ class Controller:
         point = reference(stamp_us)
         chains = estimator.ahead(arrive_us)
         references = self._references(point, arrive_us - stamp_us, chains)
+        known = self._friction(references, chains)
         winds = estimator.wind()
+        if self._length == 2:
+            winds = (winds[0] + known[0], winds[1] + known[1], winds[2] + known[2])
         asked = demand(
             (tune.vertical.gammas, tune.yaw.gammas, tune.horizontal.gammas, tune.horizontal.gammas),
             references,
@@ -147,7 +150,7 @@ class Controller:
         self._thrust = advanced(self._thrust, dt_s, self._low_m_s2, self._high_m_s2)
         self._yaw_input = advanced(self._yaw_input, dt_s, -tune.yaw_input_max, tune.yaw_input_max)
         self._arrive_us = max(arrive_us, self._arrive_us)
-        gain = self._gain(references, chains)
+        gain = self._gain(known)
         self._yaw_friction = self._friction_of_yaw(references, chains)
         w, inputs, active = self._realised(gain, asked.w)
         self.command_given = self._on_the_wire(gain, inputs, dt_s)
@@ -169,7 +172,7 @@ class Controller:
             shifted(point.y_m, place_s),
         )
 
-    def _gain(self, references: References, chains: tuple[Values, ...]) -> Gain:
+    def _gain(self, known: Vec3) -> Gain:
         """B and what is known without inputs, at the attitude that the measured rates lead to until the command acts."""
         estimator, tune = self._estimator, self._tune
         attitude = estimator.attitude
@@ -190,7 +193,7 @@ class Controller:
             thrust_m_s2=self._thrust.value,
             thrust_rate_m_s3=self._thrust.rate,
             rates_flu_rad_s=rates,
-            known=self._friction(references, chains),
+            known=known,
         )
 
     def _friction(self, references: References, chains: tuple[Values, ...]) -> Vec3:

@@ -88,17 +88,18 @@ class Estimator:
         return (x, y, z - GRAVITY_M_S2)
 
     def wind(self) -> Vec3:
-        """The acceleration of z, x, y that is not the thrust's, as far as it is told apart: z, x, y."""
+        """The acceleration of z, x, y that is not the thrust's, as far as it is told apart: z, x, y.
+
+        At depth attitude it is sigma, to which the law adds what it knows of friction.
+        """
         z, _, x, y = self.chains
-        length, row = z.spec.length, self._acceleration
-        if self._tune.state_feedback:
-            a = self._tune.friction_1_s
-            return (-a * z.values[1], -a * x.values[1], -a * y.values[1])
-        if length == ACCELERATION:
+        a, row = self._tune.friction_1_s, self._acceleration
+        if z.spec.length == ACCELERATION:
             return (z.sigma, x.sigma, y.sigma)
+        if self._tune.state_feedback:
+            return (-a * z.values[1], -a * x.values[1], -a * y.values[1])
         if not row:
             return (0.0, 0.0, 0.0)
-        a = self._tune.friction_1_s
         return (
             z.offset(row) - a * z.values[1],
             x.offset(row) - a * x.values[1],
@@ -135,8 +136,8 @@ class Estimator:
     def observe_position(self, position: Position) -> bool:
         """Take in a position; False when its stamp was seen before, or is older than the last or too old."""
         stamp_us = position.stamp_us
-        if self.chains[X].measured_before(0, stamp_us) or not usable(stamp_us, self.stamp_us):
-            self.stale += stamp_us < self.position.stamp_us
+        if stamp_us <= self.position.stamp_us or not usable(stamp_us, self.stamp_us):
+            self.stale += stamp_us != self.position.stamp_us
             return False
         self.position = position
         self._advance(stamp_us)

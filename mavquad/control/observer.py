@@ -83,7 +83,8 @@ def rows(length: int, kappas: dict[int, float], spread: float, slopes: dict[int,
     """
     starts = sorted(kappas)
     ends = [*starts[1:], length]
-    orders = [1 + ((slopes or {}).get(end, 0) if end < length else 0) for end in ends]
+    # The slopes of a row's offset are parts of the states above it: there are no more than those.
+    orders = [1 + min((slopes or {}).get(end, 0), length - end) for end in ends]
     return tuple(
         Row(start, kappas[start], moduli(end - start + order, spread))
         for start, end, order in zip(starts, ends, orders, strict=True)

@@ -41,16 +41,6 @@ OUTPUT_FEEDBACK = [law[:3] for law in EVERY if law[3] == "output_feedback"]
 every_law = pytest.mark.parametrize(("depth", "measurements", "decoupling", "form"), EVERY)
 every_depth = pytest.mark.parametrize("depth", DEPTHS)
 both_forms = pytest.mark.parametrize("form", FORMS)
-forms_that_know_their_stamps = pytest.mark.parametrize(
-    "form",
-    [
-        "output_feedback",
-        pytest.param(
-            "state_feedback",
-            marks=pytest.mark.xfail(strict=True, reason="state feedback takes a position of any stamp, an old one too"),
-        ),
-    ],
-)
 
 
 def _position(stamp_us: int, x: float = 0.0, y: float = 0.0, z: float = 0.0, velocity: Vec3 = (0.0,) * 3) -> Position:
@@ -259,7 +249,7 @@ def _disturbed(params: LawParams, depth: Depth = "torque", steps: int = 40, seed
 
 
 @every_depth
-@forms_that_know_their_stamps
+@both_forms
 def test_a_stamp_seen_already_changes_no_estimate(depth: Depth, form: str) -> None:
     law, stamp = _disturbed(LawParams(form=form), depth)
     position, attitude = _position(stamp + 10_000, 0.1), _attitude(stamp + 10_000, 0.1)
@@ -289,7 +279,7 @@ def test_a_second_look_at_the_same_moment_answers_for_the_first(depth: Depth) ->
 
 
 @every_depth
-@forms_that_know_their_stamps
+@both_forms
 def test_older_stamps_are_refused_and_counted(depth: Depth, form: str) -> None:
     law, stamp = _disturbed(LawParams(form=form), depth)
     given, memory = law.command_given, _memory(law)
@@ -439,23 +429,13 @@ def _largest_lean(params: LawParams, speed_m_s: float) -> float:
 
 
 @pytest.mark.parametrize("measurements", MEASUREMENTS)
-@pytest.mark.parametrize(
-    "speed_m_s",
-    [
-        0.0,
-        pytest.param(
-            5.0,
-            marks=pytest.mark.xfail(strict=True, reason="friction along the reference is not in the d of the limit"),
-        ),
-    ],
-)
+@pytest.mark.parametrize("speed_m_s", [0.0, 5.0])
 def test_at_depth_attitude_the_command_leans_no_more_than_the_limit(measurements: str, speed_m_s: float) -> None:
     """Whatever is asked for, in whatever wind the observer believes to be."""
     params = LawParams(measurements=measurements, limits=LimitParams(tilt_max_deg=30.0))
     assert _largest_lean(params, speed_m_s) == pytest.approx(math.radians(30.0), abs=1e-6)
 
 
-@pytest.mark.xfail(strict=True, reason="d is taken at the present speed, friction at the predicted one")
 def test_state_feedback_leans_no_more_than_the_limit() -> None:
     params = LawParams(form="state_feedback", limits=LimitParams(tilt_max_deg=30.0))
     assert _largest_lean(params, 0.0) == pytest.approx(math.radians(30.0), abs=1e-6)

@@ -32,11 +32,7 @@ def test_output_feedback_recovers_the_state_feedback_as_kappa_grows(depth: Depth
     [
         ("torque", 0),
         ("torque", 1),
-        pytest.param(
-            "torque",
-            2,
-            marks=pytest.mark.xfail(strict=True, reason="the replica's derivative of the thrust is too small"),
-        ),
+        ("torque", 2),
         *((depth, axis) for depth in ("rate", "attitude") for axis in range(3)),
     ],
 )
@@ -60,9 +56,6 @@ def test_a_thrust_of_little_lag_is_held(form: str, thrust_lag_s: float) -> None:
     assert _height_off_m(form, thrust_lag_s) < 0.002
 
 
-@pytest.mark.xfail(
-    strict=True, reason="without a lag, the replica has no derivative of the thrust, and zeta_4 of z is zero"
-)
 @pytest.mark.parametrize("form", ["state_feedback", "output_feedback"])
 def test_a_thrust_without_lag_is_held(form: str) -> None:
     assert _height_off_m(form, 0.0) < 0.002

@@ -35,22 +35,39 @@ def test_any_schedule_of_commands_and_looks_is_exact() -> None:
             assert replica.value_m_s2 == pytest.approx(_exact(9.0, commands, now), abs=1e-12)
 
 
-def test_the_rate_is_the_derivative_of_the_value() -> None:
+@pytest.mark.parametrize("lag_s", [0.0, 0.005, 0.05])
+@pytest.mark.parametrize("period_us", [4_000, 10_000])
+def test_a_climb_in_steps_has_the_rate_of_its_line_whenever_one_looks(lag_s: float, period_us: int) -> None:
+    """Commands 3 m/s^3 apart, looked at everywhere between two of them."""
+    for phase in (0.0, 0.3, 0.6, 0.99):
+        replica = ThrustReplica(lag_s, 9.0, 0)
+        for k in range(1, 100):
+            replica.command(k * period_us, 9.0 + 3.0 * k * period_us * 1e-6)
+            replica.advance(round((k + phase) * period_us))
+        assert replica.rate_m_s3 == pytest.approx(3.0, rel=0.09 if lag_s == 0.005 else 0.02)
+
+
+def test_held_for_long_it_is_at_rest() -> None:
     replica = ThrustReplica(LAG_S, 9.0, 0)
-    replica.command(10_000, 12.0)
-    replica.advance(30_000)
-    before, rate = replica.value_m_s2, replica.rate_m_s3
-    replica.advance(30_002)
-    assert (replica.value_m_s2 - before) / 2e-6 == pytest.approx(rate, rel=1e-3)
-    assert rate == pytest.approx(3.0 / LAG_S * math.exp(-0.02 / LAG_S))
+    replica.command(10_000, 10.0)
+    replica.command(20_000, 11.0)
+    replica.advance(25_000)
+    assert replica.rate_m_s3 > 0.0
+    # The line through the middles is half a step above the last command; what is left of that is not a climb.
+    replica.command(30_000, 11.0)
+    replica.advance(1_000_000)
+    assert replica.rate_m_s3 == pytest.approx(0.0, abs=1e-6)
+    assert replica.value_m_s2 == pytest.approx(11.0, abs=1e-6)
 
 
 def test_at_rest_until_the_first_command_arrives() -> None:
     replica = ThrustReplica(LAG_S, 9.0, 5_000)
     replica.command(40_000, 12.0)
-    replica.advance(40_000)
-    assert replica.value_m_s2 == 9.0
-    assert replica.rate_m_s3 == pytest.approx(3.0 / LAG_S)  # the rotors begin to answer at this very moment
+    replica.advance(39_999)
+    assert (replica.value_m_s2, replica.rate_m_s3) == (9.0, 0.0)
+    replica.advance(41_000)
+    assert replica.value_m_s2 > 9.0
+    assert replica.rate_m_s3 > 0.0
 
 
 def test_a_command_for_the_same_moment_or_an_earlier_one_replaces_those_after_it() -> None:
@@ -70,6 +87,8 @@ def test_without_a_lag_it_is_the_command() -> None:
     replica.advance(9_999)
     assert (replica.value_m_s2, replica.rate_m_s3) == (9.0, 0.0)
     replica.advance(10_001)
+    assert (replica.value_m_s2, replica.rate_m_s3) == (12.0, pytest.approx(300.0))
+    replica.advance(30_000)
     assert (replica.value_m_s2, replica.rate_m_s3) == (12.0, 0.0)
 
 
