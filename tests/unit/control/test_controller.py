@@ -9,6 +9,7 @@ import random
 import pytest
 
 from mavquad.control.controller import Controller
+from mavquad.control.euler import body_acceleration, body_rates, euler_rates, trig
 from mavquad.control.params import LawParams, LimitParams
 from mavquad.control.reference import Pose, hold
 from mavquad.control.tuning import tuning
@@ -232,6 +233,44 @@ def test_at_depth_attitude_the_yaw_rate_is_integrated_to_the_angle_sent() -> Non
         before_us = stamp
         assert command.yaw_rad == pytest.approx(math.remainder(sent, 2 * math.pi), abs=1e-12)
         assert abs(command.yaw_rad) <= math.pi
+
+
+def _tilted(depth: Depth, decoupling: str, yaw_off: float = 0.4) -> tuple[Controller, Attitude, LawCommand]:
+    """One command at 35 degrees of lean, turning, with something to do about place and yaw."""
+    law = _begin(LawParams(decoupling=decoupling, delay_s=0.0, lag_s=0.0, dead_time_s=0.0), depth)
+    attitude = _attitude(10_000, 0.3, 0.5, -0.4, (0.8, -0.6, 0.4))
+    return law, attitude, _step(law, _position(10_000), attitude, _hold(1.0, -0.5, 0.2, 0.3 + yaw_off))
+
+
+def test_euler_accelerations_are_turned_into_the_bodys_on_the_wire() -> None:
+    """The paper's u2, u3, u4 are derivatives of angles; products of the rates and all."""
+    law, attitude, command = _tilted("torque", "constant")
+    t = trig(attitude.roll_rad, attitude.pitch_rad, attitude.yaw_rad)
+    assert law.trace is not None
+    _, yaw, roll, pitch = law.trace.inputs
+    rates = euler_rates(t, attitude.rates_flu_rad_s)
+    assert _turn(command) == pytest.approx(body_acceleration(t, rates, (roll, pitch, yaw)))
+    assert _turn(command) != pytest.approx((roll, pitch, yaw), abs=0.05)
+
+
+def test_euler_rates_are_turned_into_the_bodys_on_the_wire() -> None:
+    law, attitude, command = _tilted("rate", "constant")
+    t = trig(attitude.roll_rad, attitude.pitch_rad, attitude.yaw_rad)
+    assert law.trace is not None
+    _, yaw, roll, pitch = law.trace.inputs
+    assert _turn(command) == pytest.approx(body_rates(t, (roll, pitch, yaw)))
+
+
+@pytest.mark.parametrize("depth", ["torque", "rate"])
+def test_the_turn_about_the_body_gives_the_yaw_that_was_asked_for(depth: Depth) -> None:
+    """In the body's form roll and pitch are as inverted, and what they do to the yaw is taken off."""
+    law, attitude, command = _tilted(depth, "attitude")
+    t = trig(attitude.roll_rad, attitude.pitch_rad, attitude.yaw_rad)
+    assert law.trace is not None
+    _, yaw, roll, pitch = law.trace.inputs
+    about_x, about_y, _ = _turn(command)
+    assert (about_x, about_y) == (roll, pitch)
+    assert euler_rates(t, _turn(command))[2] == pytest.approx(yaw)
 
 
 # ---------------------------------------------------------------- stamps

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 
 import pytest
@@ -14,12 +15,12 @@ ORDERS = (1, 2)
 
 
 def _drive(integrator: Integrator, wanted: float, seconds: float) -> tuple[Integrator, float]:
-    """(where it is then, the largest |u| outside of nothing on the way)."""
+    """Where it is then, and the largest u on the way if nothing but the barrier had stopped it."""
     largest = integrator.value
     for _ in range(round(seconds / H)):
         integrator = driven(integrator, allowed_drive(integrator, wanted, LOW, HIGH))
+        largest = max(largest, advanced(integrator, H, -math.inf, math.inf).value)
         integrator = advanced(integrator, H, LOW, HIGH)
-        largest = max(largest, integrator.value)
     return integrator, largest
 
 
