@@ -59,6 +59,7 @@ class Link:
     wander_s: float = 20.0
     yaw_white_rad: float = 0.001
     rate_white_rad_s: float = 0.005
+    velocity_white_m_s: float = 0.0
     attitude_offset_us: int = 0
 
 
@@ -221,7 +222,8 @@ class Sensor:
         px, py, pz = (p + w + gauss(0.0, link.white_m) for p, w in zip(body.position, self.wander, strict=True))
         roll, pitch, yaw = (a + gauss(0.0, link.yaw_white_rad) for a in body.euler())
         p, q, r = (w + gauss(0.0, link.rate_white_rad_s) for w in body.rates)
-        vx, vy, vz = body.velocity
+        size = link.velocity_white_m_s
+        vx, vy, vz = (v + gauss(0.0, size) for v in body.velocity) if size else body.velocity
         return (
             Position(stamp_us, (px, py, pz), (vx, vy, vz)),
             Attitude(stamp_us - link.attitude_offset_us, roll, pitch, yaw, (p, q, r)),
