@@ -232,10 +232,10 @@ def test_a_position_later_than_the_attitude_of_its_stamp_counts_for_its_own_mome
     assert row.vehicle_stamp_us == dialogue.vehicle.boot_ms * 1000
     if depth == "attitude":  # stepped by the position itself
         assert row.measured[3] == pytest.approx(west_m + late_m, abs=1e-6)
-        assert row.zeta_hat[3][0] == pytest.approx(west_m + late_m, abs=0.004)
+        assert row.zeta_hat[3][0] == pytest.approx(west_m + late_m, abs=0.008)
     else:
         assert row.measured[3] == pytest.approx(west_m + late_m + 0.004, abs=1e-6)
-        assert row.zeta_hat[3][0] == pytest.approx(west_m, abs=0.004)
+        assert row.zeta_hat[3][0] == pytest.approx(west_m, abs=0.008)
     assert row.zeta_hat[3][1] == pytest.approx(-0.4, abs=0.05)
     assert dialogue.agent.status().old_poses == 0
 
