@@ -269,7 +269,7 @@ class Captain:
         if self.phase is not Phase.IDENTIFYING or not self._identification.done:
             return
         version, asked = self._identification.version, self._params.law.depth
-        self._law.depth = px4.default_depth(version) if asked == "auto" else asked
+        self._law.choose(px4.default_depth(version) if asked == "auto" else asked)
         if not px4.takes(version, self._law.depth):
             words = ".".join(map(str, version))
             self._fire(Event.REFUSED, reasons.no_torque(f"PX4 {words} ignores torque setpoints silently"))

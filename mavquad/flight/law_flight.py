@@ -32,6 +32,8 @@ class LawFlight:
     Attributes:
         in_control: whether the vehicle is believed to fly what we send.
         depth: what the law commands.
+        steps_on_attitude: whether each ATTITUDE is answered by a command, and not each position: where it is measured, and
+            not slower.
     """
 
     def __init__(
@@ -51,18 +53,18 @@ class LawFlight:
         self._origin: Pose | None = None
         self._mission: Mission | None = None
         self.in_control = False
-        self.depth: Depth = law.depths[0]
+        self.choose(law.depths[0])
 
     @property
     def origin_nwu_m(self) -> Vec3:
         """Where the law took over."""
         return self._origin.position_nwu_m if self._origin else (0.0, 0.0, 0.0)
 
-    @property
-    def steps_on_attitude(self) -> bool:
-        """Whether each ATTITUDE is answered by a command, and not each position: where it is measured, and not slower."""
-        measured = tuning(self._law, self.depth).horizontal.row(ACCELERATION) > 0
-        return measured and self._streams.attitude_hz >= self._streams.position_hz
+    def choose(self, depth: Depth) -> None:
+        """What the law will command."""
+        self.depth = depth
+        measured = tuning(self._law, depth).horizontal.row(ACCELERATION) > 0
+        self.steps_on_attitude = measured and self._streams.attitude_hz >= self._streams.position_hz
 
     def take_attitude(self, attitude: Attitude) -> None:
         """An attitude corrects what it measures."""
