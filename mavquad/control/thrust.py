@@ -39,8 +39,8 @@ class ThrustReplica:
         while self._coming and self._coming[0][0] <= stamp_us:
             arrive_us, thrust = self._coming.pop(0)
             self._pass(arrive_us)
-            self._held_us = max(arrive_us - self._since_us, 1)
-            self._slope = (thrust - self._in_force) / (self._held_us * 1e-6)
+            self._held_us = max(arrive_us - self._since_us, 0)
+            self._slope = (thrust - self._in_force) / (self._held_us * 1e-6) if self._held_us else 0.0
             self._in_force, self._since_us = thrust, arrive_us
         self._pass(stamp_us)
         self._differentiate()

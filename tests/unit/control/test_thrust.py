@@ -60,6 +60,13 @@ def test_held_for_long_it_is_at_rest() -> None:
     assert replica.value_m_s2 == pytest.approx(11.0, abs=1e-6)
 
 
+def test_a_command_from_before_the_start_is_no_jump() -> None:
+    replica = ThrustReplica(LAG_S, 9.0, 50_000)
+    replica.command(40_000, 9.5)
+    replica.advance(50_000)
+    assert abs(replica.rate_m_s3) <= 0.5 / LAG_S
+
+
 def test_at_rest_until_the_first_command_arrives() -> None:
     replica = ThrustReplica(LAG_S, 9.0, 5_000)
     replica.command(40_000, 12.0)
