@@ -27,7 +27,7 @@ VEHICLE = Vehicle(rotor_lag_s=0.05)
 DELAY_S = 0.030
 SEEDS = (1, 2, 3)
 HOVER = hold(Pose((0.0, 0.0, 0.0), 0.0))
-STEP_MS, LARGEST_MS = 5, 200
+STEP_MS, LARGEST_MS = 5, 400
 
 
 def wave(size: float, rate: float, time_s: float) -> tuple[float, ...]:
