@@ -66,11 +66,6 @@ class Loop:
         return self.a + self.b @ cast(Matrix, np.linalg.solve(np.eye(count) - more * d, more * c))
 
 
-def _drifts(chain: ChainSpec) -> int:
-    """States of the disturbances of all stretches but the last."""
-    return sum(map(len, Chain(chain, (0.0,) * (chain.length + 1), 0).drifts))
-
-
 def closed_loop(spec: LoopSpec) -> Loop:
     """The loop of a channel."""
     run = _Run(spec)
@@ -92,7 +87,7 @@ class _Run:
         past = max(self._past(spec.delay_us + chain.dead_us), 0 if spec.integrators else self.late)
         # One more: the slope of the thrust in force is that from the one before it.
         past_thrusts = max(self._past(spec.delay_us), self.late) + 1 if spec.integrators else 0
-        states = spec.plant_length + 1 + chain.length + 2 + _drifts(chain) + past + 1 + past_thrusts
+        states = spec.plant_length + 1 + chain.length + 2 + self._drifts() + past + 1 + past_thrusts
         self.columns = (
             states + (3 if spec.integrators else 0) + self.replicated,
             beat.ticks // beat.command_every,
@@ -118,6 +113,12 @@ class _Run:
         """How many earlier commands may still matter to the law at any tick."""
         return max(1, math.ceil(back_us / self.step_us)) + (self.spec.beat.command_every > 1)
 
+    def _drifts(self) -> int:
+        """States of the disturbances of all stretches but the last."""
+        chain = self.spec.tune.spec
+        unused = self.spec.state_feedback
+        return 0 if unused else sum(map(len, Chain(chain, (0.0,) * (chain.length + 1), 0).drifts))
+
     def _one(self) -> Vector:
         return next(self._basis).copy()
 
@@ -132,7 +133,8 @@ class _Run:
         for number, row in enumerate(chain.rows):
             observer.correct(number, 0.0, -spec.every(row.index) * spec.beat.tick_us)
         observer.values = self._new(chain.length + 1)
-        observer.drifts = [self._new(len(drift)) for drift in observer.drifts]
+        # State feedback has no use for them.
+        observer.drifts = [] if spec.state_feedback else [self._new(len(drift)) for drift in observer.drifts]
         observer.lagged = self._one()
         return observer
 
