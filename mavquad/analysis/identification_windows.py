@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -68,15 +67,14 @@ class Projection:
     def __call__(self, column: Array) -> Array:
         """The column, of n values, as k rows; to be used in ordinary least squares."""
         result = self._centred(self._whitened(column))
-        if self._slope is not None:
-            weighted = self._weights * self._slope
-            share = np.bincount(self.index, weighted * result) / self._slope_totals
-            result = result - share[self.index] * self._slope
+        slope = self._slope
+        if slope is not None:
+            share = np.bincount(self.index, self._weights * slope * result) / self._squares(slope)
+            result = result - share[self.index] * slope
         return np.asarray(result * self._roots)
 
-    @cached_property
-    def _slope_totals(self) -> Array:
-        return np.maximum(np.bincount(self.index, self._weights * self._slope * self._slope), _TINY)
+    def _squares(self, slope: Array) -> Array:
+        return np.maximum(np.bincount(self.index, self._weights * slope * slope), _TINY)
 
     def _whitened(self, column: Array) -> Array:
         order, count = len(self._filter), len(column)

@@ -166,7 +166,7 @@ class Estimator:
         late_us = self.stamp_us - stamp_us
         for channel, measured in zip(_XYZ, measured_nwu, strict=True):
             chain = self.chains[channel]
-            chain.correct(row, measured - chain.predicted(row, late_us), stamp_us)
+            chain.correct(row, measured - chain.predicted(row, late_us), stamp_us, late_us)
 
     def _measured_acceleration(self) -> Vec3:
         x, y, z = self.push()

@@ -158,14 +158,19 @@ class Chain:
         value = self.values[index] if late_us == 0 else self._back(index, late_us * 1e-6)
         return value - self.offset(row) if row else value
 
-    def correct(self, row: int, innovation: float, stamp_us: int) -> None:
-        """Take in measured minus predicted of one row at `stamp_us`; nothing happens when that moment was seen before."""
+    def correct(self, row: int, innovation: float, stamp_us: int, late_us: int = 0) -> None:
+        """Take in measured minus predicted of one row at `stamp_us`; nothing happens when that moment was seen before.
+
+        `late_us` before the estimate's own moment: what would have been corrected then has gone on as a polynomial since.
+        """
         dt_us = stamp_us - self._corrected_us[row]
         if dt_us <= 0:
             return
         self._corrected_us[row] = stamp_us
         this, values, drifts = self.spec.rows[row], self.values, self.drifts
         gain, index = this.gain(dt_us), this.index
+        if late_us:
+            gain = _carried_on(gain, late_us * 1e-6)
         for k in gain[: len(values) - index]:
             values[index] += k * innovation
             index += 1
@@ -182,6 +187,17 @@ class Chain:
             total += factor * value
             factor *= -late_s / (k + 1)
         return total
+
+
+def _carried_on(derivatives: tuple[float, ...], ahead_s: float) -> tuple[float, ...]:
+    """A polynomial's value and derivatives some time later, from those now."""
+    later = list(derivatives)
+    for i in range(len(later)):
+        factor = 1.0
+        for k, derivative in enumerate(derivatives[i + 1 :], start=1):
+            factor *= ahead_s / k
+            later[i] += factor * derivative
+    return tuple(later)
 
 
 def usable(stamp_us: int, estimate_us: int) -> bool:

@@ -33,7 +33,7 @@ class SaturationParams(Section):
     roll_pitch_rad_s2: float = Field(default=25.0, gt=0.0, le=1000.0)
     """Depth torque: u3 and u4, roll and pitch acceleration, rad/s^2."""
     roll_pitch_rad_s: float = Field(default=3.5, gt=0.0, le=50.0)
-    """Depth rate: roll and pitch rate, rad/s. At depth torque the rate that is aimed at is kept within it."""
+    """Depth rate: roll and pitch rate, rad/s."""
     padded_yaw: float = Field(default=60.0, gt=0.0, le=10000.0)
     """Level of the yaw input before its integrators, when there are any, rad/s^n."""
 
@@ -47,6 +47,8 @@ class LimitParams(Section):
     """Greatest thrust per mass, as a share of the thrust that holds the hover; what the wire can say, if that is less."""
     tilt_max_deg: float = Field(default=50.0, gt=0.0, le=75.0)
     """The thrust that is asked for leans no more than this, deg."""
+    turn_rate_max_rad_s: float = Field(default=2.0, gt=0.0, le=50.0)
+    """Depth torque: roll and pitch rate that is aimed at, rad/s: what is asked to turn faster is late to stop."""
     approach_speed_max_m_s: float = Field(default=2.0, gt=0.0, le=20.0)
     """Speed at which a horizontal error may be reduced, m/s, above the reference's own."""
     climb_speed_max_m_s: float = Field(default=1.5, gt=0.0, le=20.0)

@@ -8,6 +8,7 @@ from functools import lru_cache
 
 from mavquad.control.defaults import CHAIN_LENGTHS, YAW_LENGTHS, Defaults, Measurements, defaults
 from mavquad.control.gains import chain_gains
+from mavquad.control.model import GRAVITY_M_S2
 from mavquad.control.observer import ChainSpec, rows
 from mavquad.control.params import LawParams
 from mavquad.types import Depth, Vec3
@@ -96,7 +97,7 @@ def tuning(params: LawParams, depth: Depth) -> Tuning:
         speed_m_s=limits.approach_speed_max_m_s,
         climb_m_s=limits.climb_speed_max_m_s,
         tilt_tangent=math.tan(math.radians(limits.tilt_max_deg)),
-        jerk_m_s3=9.81 * levels.roll_pitch_rad_s,
+        jerk_m_s3=GRAVITY_M_S2 * limits.turn_rate_max_rad_s,
         yaw_rate_rad_s=yaw_rate,
         yaw_input_max=yaw_most,
         yaw_acceleration_rad_s2=yaw_acceleration,

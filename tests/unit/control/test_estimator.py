@@ -205,6 +205,23 @@ def test_older_than_the_last_of_their_kind_are_refused(depth: Depth, measurement
     assert estimator.stale == 2
 
 
+@pytest.mark.parametrize("depth", ["torque", "rate"])
+@pytest.mark.parametrize("late_ms", [20, 60, 90])
+def test_positions_may_be_much_later_than_attitudes(depth: Depth, late_ms: int) -> None:
+    """A swing of 30 cm, no commands: what a late position corrects has gone on since its own moment."""
+    estimator, largest = _estimator(depth, friction_1_s=0.0), 0.0
+    for k in range(1, 1200):
+        now, then = 0.01 * k, 0.01 * k - 1e-3 * late_ms
+        estimator.observe_attitude(_angles(10_000 * k, (0.0, math.atan2(-0.3 * math.sin(now), G))))
+        if then > 0.0:
+            velocity = (0.3 * math.cos(then), 0.0, 0.0)
+            estimator.observe_position(_place(round(then * 1e6), (0.3 * math.sin(then), 0.0, 0.0), velocity))
+        if k > 600:
+            largest = max(largest, abs(estimator.chains[X].values[0] - 0.3 * math.sin(now)))
+    assert estimator.stale == 0
+    assert largest < 1e-3
+
+
 def test_a_position_too_late_to_be_of_use_is_refused() -> None:
     """Newer than the last one, but the attitudes have gone on for more than 0.1 s."""
     estimator = _estimator()
