@@ -41,6 +41,8 @@ from mavquad.types import (
 HOLD_MAX_S = 0.1
 """The vehicle holds a thrust, it does not go on integrating: a longer gap counts as this much for the integrators."""
 
+YAW_LEAD_MAX_RAD = 0.7
+"""Depth attitude: how far the angle sent may be ahead of the vehicle's."""
 _COSINE_MIN = 0.2
 Values = list[float]
 Channel = tuple[float, ...]
@@ -148,12 +150,13 @@ class Controller:
         )
         dt_s = max(0.0, min((arrive_us - self._arrive_us) * 1e-6, HOLD_MAX_S))
         self._thrust = advanced(self._thrust, dt_s, self._low_m_s2, self._high_m_s2)
+        self._turn_on(dt_s)
         self._yaw_input = advanced(self._yaw_input, dt_s, -tune.yaw_input_max, tune.yaw_input_max)
         self._arrive_us = max(arrive_us, self._arrive_us)
         gain = self._gain(known)
         self._yaw_friction = self._friction_of_yaw(references, chains)
         w, inputs, active = self._realised(gain, asked.w)
-        self.command_given = self._on_the_wire(gain, inputs, dt_s)
+        self.command_given = self._on_the_wire(gain, inputs)
         estimator.sent(arrive_us, w, self._thrust.value)
         self.trace = self._traced(stamp_us, point, winds, asked.w, inputs, asked.active + active)
         return self.command_given
@@ -178,7 +181,10 @@ class Controller:
         attitude = estimator.attitude
         rates = attitude.rates_flu_rad_s
         t = estimator.angles
-        if not tune.constant_gain:
+        if self._length == 2:
+            # The thrust leans as seen from the yaw that goes with it, whatever the yaw is by then.
+            t = trig(0.0, 0.0, self._yaw_sent_rad)
+        elif not tune.constant_gain:
             ahead_s = (tune.delay_us + tune.horizontal.ahead_us) * 1e-6
             roll_d, pitch_d, yaw_d = euler_rates(t, rates)
             t = trig(
@@ -195,6 +201,12 @@ class Controller:
             rates_flu_rad_s=rates,
             known=known,
         )
+
+    def _turn_on(self, dt_s: float) -> None:
+        """Depth attitude: the yaw rate in force is integrated to the angle, which does not run away from a slow vehicle."""
+        yaw_rad = self._estimator.attitude.yaw_rad
+        lead_rad = wrap_pi(self._yaw_sent_rad + dt_s * self._yaw_input.value - yaw_rad)
+        self._yaw_sent_rad = wrap_pi(yaw_rad + min(max(lead_rad, -YAW_LEAD_MAX_RAD), YAW_LEAD_MAX_RAD))
 
     def _friction(self, references: References, chains: tuple[Values, ...]) -> Vec3:
         """What friction adds to the highest derivative of z, x, y.
@@ -244,13 +256,12 @@ class Controller:
         wz, wx, wy = apply(gain, (thrust, roll, pitch))
         return (wz, yaw + slowed, wx, wy), (thrust, yaw, roll, pitch), tuple(active)
 
-    def _on_the_wire(self, gain: Gain, inputs: Vec4, dt_s: float) -> LawCommand:
+    def _on_the_wire(self, gain: Gain, inputs: Vec4) -> LawCommand:
         """The inputs as the vehicle takes them: of the body, not of the Euler angles."""
         _, _, roll, pitch = inputs
         thrust, yaw = self._thrust.value, self._yaw_input.value
         t = gain.t
         if self._length == 2:
-            self._yaw_sent_rad = wrap_pi(self._yaw_sent_rad + dt_s * yaw)
             return AttitudeCommand(roll, pitch, self._yaw_sent_rad, thrust)
         if gain.constant:
             rates = euler_rates(t, gain.rates_flu_rad_s)

@@ -10,6 +10,7 @@ import pytest
 
 from mavquad.control.controller import Controller
 from mavquad.control.euler import body_acceleration, body_rates, euler_rates, trig
+from mavquad.control.inversion import to_world
 from mavquad.control.params import LawParams, LimitParams
 from mavquad.control.reference import Pose, hold
 from mavquad.control.tuning import tuning
@@ -222,17 +223,41 @@ def test_magnitude_of_the_first_answer(depth: Depth, gamma: float) -> None:
 
 
 def test_at_depth_attitude_the_yaw_rate_is_integrated_to_the_angle_sent() -> None:
-    """From the angle at the start on, at the rate that the law asks for, wrapped."""
+    """From the angle at the start on, at the rate that was asked for until then, wrapped."""
     law = Controller(LawParams(delay_s=0.0), "attitude", _position(0), _attitude(0, 3.1), G)
-    sent, before_us = 3.1, 0
+    sent, before_us, rate = 3.1, 0, 0.0
     for stamp in (0, 10_000, 24_000, 40_000, 90_000, 2_000_000):
         command = _step(law, _position(stamp), _attitude(stamp, 3.1), _hold(yaw=3.1 + 0.5))
         assert isinstance(command, AttitudeCommand)
         assert law.trace is not None
-        sent += min((stamp - before_us) * 1e-6, 0.1) * law.trace.inputs[1]
-        before_us = stamp
+        sent += min((stamp - before_us) * 1e-6, 0.1) * rate
+        before_us, rate = stamp, law.trace.inputs[1]
         assert command.yaw_rad == pytest.approx(math.remainder(sent, 2 * math.pi), abs=1e-12)
         assert abs(command.yaw_rad) <= math.pi
+
+
+def test_at_depth_attitude_the_angle_sent_does_not_run_away_from_the_vehicle() -> None:
+    """A vehicle that does not turn at all, asked to for 10 s; then the other way, which it is told soon."""
+    law = Controller(LawParams(), "attitude", _position(0), _attitude(0, 1.0), G)
+    for k in range(1000):
+        command = _step(law, _position(10_000 * k), _attitude(10_000 * k, 1.0), _hold(yaw=2.5))
+        assert isinstance(command, AttitudeCommand)
+        assert abs(math.remainder(command.yaw_rad - 1.0, 2 * math.pi)) <= 0.7 + 1e-9
+    assert math.remainder(command.yaw_rad - 1.0, 2 * math.pi) == pytest.approx(0.7)
+
+
+def test_at_depth_attitude_the_thrust_leans_where_it_should_whatever_the_yaw_sent() -> None:
+    """The vehicle is turned by something else: the force is still the one that was meant."""
+    law = Controller(LawParams(friction_1_s=0.0, delay_s=0.0), "attitude", _position(0), _attitude(0, 0.0), G)
+    for k in range(1, 30):
+        command = _step(law, _position(10_000 * k), _attitude(10_000 * k, 0.02 * k), _hold(2.0, -1.0, 0.5))
+    assert isinstance(command, AttitudeCommand)
+    assert law.trace is not None
+    assert abs(command.yaw_rad - 0.58) > 0.05
+    t = trig(command.roll_rad, command.pitch_rad, command.yaw_rad)
+    force = to_world(t, (0.0, 0.0, command.specific_thrust_m_s2))
+    wz, _, wx, wy = law.trace.demanded
+    assert force == pytest.approx((wx, wy, wz + G), abs=1e-9)
 
 
 def _tilted(depth: Depth, decoupling: str, yaw_off: float = 0.4) -> tuple[Controller, Attitude, LawCommand]:
