@@ -11,7 +11,7 @@ from mavquad.endpoint import NEVER_US
 from mavquad.flight.airframe import HoverThrust
 from mavquad.types import Attitude, Position
 
-HOVER_SPEED_M_S = 0.4
+HOVER_SPEED_M_S = 0.8
 LIFTED_M = 0.5
 HIGH_SHARE = 0.5
 PATIENCE = 3
