@@ -133,23 +133,28 @@ def motor_commands(v: Vehicle, command: TorqueCommand) -> list[float]:
 
 
 def inner_loops(v: Vehicle, b: Body, command: LawCommand) -> list[float]:
-    """A command of any depth to motors: P on the rates, P on the angles (small-angle Euler errors will do here)."""
+    """A command of any depth to motors: P on the rates, P on the lean of the thrust and on the yaw."""
     if isinstance(command, TorqueCommand):
         return motor_commands(v, command)
     if isinstance(command, AttitudeCommand):
-        roll, pitch, yaw = b.euler()
-        turn = (command.yaw_rad - yaw + math.pi) % (2 * math.pi) - math.pi
-        rates = (
-            v.attitude_gain * (command.roll_rad - roll),
-            v.attitude_gain * (command.pitch_rad - pitch),
-            min(max(v.yaw_gain * turn, -0.8), 0.8),
-        )
+        turn = (command.yaw_rad - b.euler()[2] + math.pi) % (2 * math.pi) - math.pi
+        about_x, about_y = _lean_error(b, command)
+        rates = (v.attitude_gain * about_x, v.attitude_gain * about_y, min(max(v.yaw_gain * turn, -0.8), 0.8))
     else:
         rates = command.rates_flu_rad_s
     gains = (v.rate_gain, v.rate_gain, 0.6 * v.rate_gain)
     p, q, r = (k * (w - b) for k, w, b in zip(gains, rates, b.rates, strict=True))
     turn = (p, q, min(max(r, -2.5), 2.5))
     return motor_commands(v, TorqueCommand(turn, command.specific_thrust_m_s2))
+
+
+def _lean_error(b: Body, command: AttitudeCommand) -> tuple[float, float]:
+    """About which body axes the thrust must turn to where it is commanded in the world, whatever the yaw is: PX4's way."""
+    wanted = euler_matrix(command.roll_rad, command.pitch_rad, command.yaw_rad)
+    x, y, z = (sum(b.rotation[3 * i + k] * wanted[3 * i + 2] for i in range(3)) for k in range(3))
+    size = math.hypot(x, y)
+    angle = math.atan2(size, z) / size if size > 1e-9 else 0.0
+    return -angle * y, angle * x
 
 
 def obey(v: Vehicle, b: Body, command: LawCommand) -> list[float]:
