@@ -1,5 +1,8 @@
 """The normal form (Kim, Pyrkin, Borisov, eqs. (4), (5)): zeta, q4, b4 and b4(0, yaw).
 
+The law inverts b4(0, yaw) as it stands here, and b4 in the body's axes (`mavquad.control.inversion`); what stands here
+of b4 and q4 is the paper's own writing, which that one is held against.
+
     zeta_1 = (z, yaw, x, y), zeta_(i+1) = d zeta_i / dt,   d zeta_4 / dt = q4 + b4 U,   U = (v1, v2, u3, u4)
 
 With thrust per mass T and r3 = R e3, the acceleration is T r3 - g e3, and its second derivative

@@ -143,6 +143,8 @@ class LawParams(Section):
             self._check_observer(depth)
         if self.polynomial == "poles":
             self._check_poles()
+        elif self.poles:
+            raise ValueError('poles are used with polynomial = "poles" only')
         return self
 
     def _check_observer(self, depth: Depth) -> None:

@@ -120,10 +120,6 @@ def _clip(value: float, low: float) -> float:
     return min(max(value, low), 1.0)
 
 
-torque_controls = controls
-"""The same, by its former name."""
-
-
 def torque_setpoint(stamp_us: int, controls: Vec4, system_id: int, component_id: int) -> Message:
     """SET_ACTUATOR_CONTROL_TARGET for the flight control group (group_mlx 0) of the vehicle."""
     return mavlink.MAVLink_set_actuator_control_target_message(

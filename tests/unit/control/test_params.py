@@ -52,6 +52,7 @@ def test_defaults_are_valid_and_keep_the_observer_ahead(depth: Depth, measuremen
         ({"depth": "torque", "polynomial": "poles"}, "wants 4 poles"),
         ({"depth": "rate", "polynomial": "poles"}, "wants 3 poles"),
         ({"depth": "attitude", "polynomial": "poles", "poles": [[-1.0, 0.0]] * 3}, "wants 2 poles"),
+        ({"poles": [[-1.0, 0.0]]}, "polynomial = .poles. only"),
         ({"polynomial": "poles", "poles": [[-1.0, 0.0]] * 4}, "depth of their own"),
         (
             {"depth": "torque", "polynomial": "poles", "poles": [[-1.0, 0.0], [-1.0, 0.0], [1.0, 0.0], [-2.0, 0.0]]},
