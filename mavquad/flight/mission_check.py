@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 from mavquad.control.model import GRAVITY_M_S2
 from mavquad.control.params import LawParams
@@ -23,6 +24,9 @@ from mavquad.flight.mission_params import MissionParams
 from mavquad.flight.mission_plan import plan_mission
 from mavquad.flight.trajectory_rows import samples
 from mavquad.types import ReferencePoint
+
+Points = tuple[tuple[float, ReferencePoint], ...]
+"""Moments, s since the start of the mission, and the reference there."""
 
 LOOK_S = 0.02
 LOOKS_MIN = 100
@@ -78,7 +82,7 @@ def mission_fault(mission: MissionParams, guards: GuardParams, law: LawParams) -
         )
     except NoCurve:
         return f"{_CULPRITS[mission.name][0]}: no smooth path goes there; its times or places are too uneven"
-    points = list(_points(mission))
+    points = _points(mission)
     return _miss(mission) or _outside(mission, guards, points) or _too_much(mission, law, points)
 
 
@@ -102,10 +106,16 @@ def height_fault(mission: MissionParams, guards: GuardParams, height_m: float) -
 
 def mission_extent(mission: MissionParams) -> Extent:
     """How far a mission leads."""
-    return _extent(list(_points(mission)))
+    return _extent(_points(mission))
 
 
-def _points(mission: MissionParams) -> Iterator[tuple[float, ReferencePoint]]:
+@lru_cache(maxsize=2)
+def _points(mission: MissionParams) -> Points:
+    """What was looked at before the flight; kept, since it is asked for again at the hand-over, where nothing may take long."""
+    return tuple(_looks(mission))
+
+
+def _looks(mission: MissionParams) -> Iterator[tuple[float, ReferencePoint]]:
     """Moments (s since the start) and the reference there, as often as can be looked at; laps that are alike once."""
     alike = mission.name != "waypoints"
     seen = mission.model_copy(update={"repeat": min(mission.repeat, 2)}) if alike else mission
@@ -122,13 +132,13 @@ def _points(mission: MissionParams) -> Iterator[tuple[float, ReferencePoint]]:
                 yield t_s, flown.reference(round(t_s * 1e6))
 
 
-def _extent(points: list[tuple[float, ReferencePoint]]) -> Extent:
+def _extent(points: Points) -> Extent:
     radius_m, at_s = max((math.hypot(point.x_m[0], point.y_m[0]), t_s) for t_s, point in points)
     heights = [point.z_m[0] for _, point in points]
     return Extent(radius_m, at_s, max(0.0, *heights), max(0.0, -min(heights)))
 
 
-def _outside(mission: MissionParams, guards: GuardParams, points: list[tuple[float, ReferencePoint]]) -> str | None:
+def _outside(mission: MissionParams, guards: GuardParams, points: Points) -> str | None:
     extent = _extent(points)
     key, what = _CULPRITS[mission.name]
     if extent.radius_m >= guards.radius_m:
@@ -160,7 +170,7 @@ def _miss(mission: MissionParams) -> str | None:
     )
 
 
-def _too_much(mission: MissionParams, law: LawParams, points: list[tuple[float, ReferencePoint]]) -> str | None:
+def _too_much(mission: MissionParams, law: LawParams, points: Points) -> str | None:
     """The first quantity that is beyond its limit, where it is worst."""
     own = _own_limits(mission)
     peaks = [max((quantity.of(point), t_s) for t_s, point in points) for quantity in own]
