@@ -98,7 +98,8 @@ def noise_share(law: LawParams, depth: Depth, spec: LoopSpec) -> float:
 def approach_share(law: LawParams, depth: Depth, spec: LoopSpec) -> float:
     """w = gamma_2 times the speed of approach, from rest, as a share of the input's level."""
     tune, gammas = tuning(law, depth), spec.tune.gammas
-    speed = {"vertical": tune.climb_m_s, "horizontal": tune.speed_m_s, "yaw": tune.yaw_rate_rad_s}[spec.kind]
+    limits = tune.limits
+    speed = {"vertical": limits.climb_m_s, "horizontal": limits.speed_m_s, "yaw": limits.yaw_rate_rad_s}[spec.kind]
     w = speed * (gammas[1] if len(gammas) > 1 else 1.0)
     return (w / GRAVITY_M_S2 if spec.kind == "horizontal" else w) / input_level(law, depth, spec.kind)
 

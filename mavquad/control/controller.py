@@ -18,8 +18,7 @@ from mavquad.control.estimator import YAW, Estimator, X, Y, Z
 from mavquad.control.euler import body_acceleration, body_rates, euler_rates, trig
 from mavquad.control.integrators import Integrator, advanced, allowed_drive, driven
 from mavquad.control.inversion import Gain, apply, solve
-from mavquad.control.limits import DemandLimits, demand
-from mavquad.control.model import GRAVITY_M_S2
+from mavquad.control.limits import demand
 from mavquad.control.params import LawParams
 from mavquad.control.reference import shifted
 from mavquad.control.saturation import is_saturated, smooth_saturation
@@ -95,20 +94,7 @@ class Controller:
         self._thrust = Integrator(tune.vertical.integrators, specific_thrust_m_s2)
         self._yaw_input = Integrator(tune.yaw.integrators, 0.0)
         self._yaw_sent_rad = attitude.yaw_rad
-        self._yaw_friction = 0.0
         self._arrive_us = self._estimator.commands[-1][0]
-        self._low_m_s2 = tune.thrust_min_share * GRAVITY_M_S2
-        self._high_m_s2 = tune.thrust_max_share * GRAVITY_M_S2
-        self._limits = DemandLimits(
-            speed_m_s=tune.speed_m_s,
-            climb_m_s=tune.climb_m_s,
-            yaw_rate_rad_s=tune.yaw_rate_rad_s,
-            yaw_acceleration_rad_s2=tune.yaw_acceleration_rad_s2,
-            thrust_low_m_s2=self._low_m_s2,
-            thrust_high_m_s2=self._high_m_s2,
-            tilt_tangent=tune.tilt_tangent,
-            jerk_m_s3=tune.jerk_m_s3,
-        )
         self.command_given = self._still(attitude, specific_thrust_m_s2)
         self.trace: Trace | None = None
 
@@ -131,7 +117,7 @@ class Controller:
         Args:
             reference: the reference at a moment of the vehicle's clock, us.
         """
-        tune, estimator = self._tune, self._estimator
+        tune, limits, estimator = self._tune, self._tune.limits, self._estimator
         stamp_us = max(estimator.stamp_us, estimator.yaw_us)
         arrive_us = stamp_us + tune.delay_us
         point = reference(stamp_us)
@@ -146,16 +132,15 @@ class Controller:
             references,
             chains,
             winds,
-            self._limits,
+            limits,
         )
         dt_s = max(0.0, min((arrive_us - self._arrive_us) * 1e-6, HOLD_MAX_S))
-        self._thrust = advanced(self._thrust, dt_s, self._low_m_s2, self._high_m_s2)
+        self._thrust = advanced(self._thrust, dt_s, limits.thrust_low_m_s2, limits.thrust_high_m_s2)
         self._turn_on(dt_s)
         self._yaw_input = advanced(self._yaw_input, dt_s, -tune.yaw_input_max, tune.yaw_input_max)
         self._arrive_us = max(arrive_us, self._arrive_us)
         gain = self._gain(known)
-        self._yaw_friction = self._friction_of_yaw(references, chains)
-        w, inputs, active = self._realised(gain, asked.w)
+        w, inputs, active = self._realised(gain, asked.w, self._friction_of_yaw(references, chains))
         self.command_given = self._on_the_wire(gain, inputs)
         estimator.sent(arrive_us, w, self._thrust.value)
         self.trace = self._traced(stamp_us, point, winds, asked.w, inputs, asked.active + active)
@@ -229,15 +214,20 @@ class Controller:
         motion = chains[YAW] if self._tune.state_feedback else references[YAW]
         return -self._tune.angular_friction_1_s * motion[self._tune.yaw.spec.length - 1]
 
-    def _realised(self, gain: Gain, asked: Vec4) -> tuple[Vec4, Vec4, tuple[str, ...]]:
-        """U = sat_N(B^-1 (w - q)), thrust and yaw kept to what their integrators may take, and w = q + B U again."""
+    def _realised(self, gain: Gain, asked: Vec4, slowed: float) -> tuple[Vec4, Vec4, tuple[str, ...]]:
+        """U = sat_N(B^-1 (w - q)), thrust and yaw kept to what their integrators may take, and w = q + B U again.
+
+        `slowed` is the q of yaw.
+        """
         tune = self._tune
         wanted_thrust, wanted_roll, wanted_pitch = solve(gain, (asked[Z], asked[X], asked[Y]))
         thrust_level, yaw_level, level = tune.levels
-        slowed = self._yaw_friction
         wanted_yaw = asked[YAW] - slowed
         thrust = allowed_drive(
-            self._thrust, smooth_saturation(wanted_thrust, thrust_level), self._low_m_s2, self._high_m_s2
+            self._thrust,
+            smooth_saturation(wanted_thrust, thrust_level),
+            tune.limits.thrust_low_m_s2,
+            tune.limits.thrust_high_m_s2,
         )
         yaw = allowed_drive(
             self._yaw_input, smooth_saturation(wanted_yaw, yaw_level), -tune.yaw_input_max, tune.yaw_input_max

@@ -174,9 +174,7 @@ class Estimator:
         return (x - a * chains[X].values[1], y - a * chains[Y].values[1], z - a * chains[Z].values[1])
 
     def _measured_jerk(self) -> Vec3:
-        p, q, _ = self.attitude.rates_flu_rad_s
-        thrust = self.thrust.value_m_s2
-        x, y, z = to_world(self.angles, (thrust * q, -thrust * p, self.thrust.rate_m_s3))
+        x, y, z = self._measured_turn()
         a, chains = self._tune.friction_1_s, self.chains
         return (x - a * chains[X].values[2], y - a * chains[Y].values[2], z - a * chains[Z].values[2])
 
@@ -198,6 +196,7 @@ class Estimator:
         yaw.values = [*values, 0.0]
 
     def _measured_turn(self) -> Vec3:
+        """R (T q, -T p, T_d): the derivative of `push`, NWU."""
         p, q, _ = self.attitude.rates_flu_rad_s
         thrust = self.thrust.value_m_s2
         return to_world(self.angles, (thrust * q, -thrust * p, self.thrust.rate_m_s3))

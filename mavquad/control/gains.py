@@ -67,7 +67,6 @@ def continuous_observer_gains(moduli: Sequence[float]) -> tuple[float, ...]:
     return tuple(_elementary_symmetric(moduli)[1:])
 
 
-@lru_cache(maxsize=1024)
 def observer_gain(kappa_rad_s: float, moduli: tuple[float, ...], dt_us: int) -> tuple[float, ...]:
     """K(dt) of the predict-correct observer for the states zeta_1 .. zeta_r, sigma; zero when dt is zero."""
     dt_s = dt_us * _MICROSECOND_S

@@ -155,7 +155,9 @@ class Chain:
     def predicted(self, row: int, late_us: int = 0) -> float:
         """What the row should measure; `late_us` before the estimate's own moment."""
         index = self.spec.rows[row].index
-        value = self.values[index] if late_us == 0 else self._back(index, late_us * 1e-6)
+        value = self.values[index]
+        if late_us:
+            value = _carried_on(tuple(self.values[index:-1]), -late_us * 1e-6)[0]
         return value - self.offset(row) if row else value
 
     def correct(self, row: int, innovation: float, stamp_us: int, late_us: int = 0) -> None:
@@ -179,14 +181,6 @@ class Chain:
             drift = drifts[row]
             for i, k in enumerate(gain[-len(drift) :]):
                 drift[i] += k * innovation
-
-    def _back(self, index: int, late_s: float) -> float:
-        """A state a little earlier, by the chain's own Taylor series."""
-        total, factor = 0.0, 1.0
-        for k, value in enumerate(self.values[index:-1]):
-            total += factor * value
-            factor *= -late_s / (k + 1)
-        return total
 
 
 def _carried_on(derivatives: tuple[float, ...], ahead_s: float) -> tuple[float, ...]:

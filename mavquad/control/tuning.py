@@ -6,8 +6,9 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
-from mavquad.control.defaults import CHAIN_LENGTHS, YAW_LENGTHS, Defaults, Measurements, defaults
+from mavquad.control.defaults import CHAIN_LENGTHS, YAW_LENGTHS, Defaults, defaults
 from mavquad.control.gains import chain_gains
+from mavquad.control.limits import DemandLimits
 from mavquad.control.model import GRAVITY_M_S2
 from mavquad.control.observer import ChainSpec, rows
 from mavquad.control.params import LawParams
@@ -44,7 +45,6 @@ class Tuning:
     """Numbers of the hot path."""
 
     depth: Depth
-    measurements: Measurements
     state_feedback: bool
     constant_gain: bool
     vertical: ChannelTuning
@@ -55,15 +55,8 @@ class Tuning:
     friction_1_s: float
     angular_friction_1_s: float
     delay_us: int
-    thrust_min_share: float
-    thrust_max_share: float
-    speed_m_s: float
-    climb_m_s: float
-    tilt_tangent: float
-    jerk_m_s3: float
-    yaw_rate_rad_s: float
+    limits: DemandLimits
     yaw_input_max: float
-    yaw_acceleration_rad_s2: float
 
 
 @lru_cache(maxsize=64)
@@ -76,7 +69,6 @@ def tuning(params: LawParams, depth: Depth) -> Tuning:
     yaw_most = yaw_acceleration if depth == "torque" else yaw_rate
     return Tuning(
         depth=depth,
-        measurements=params.measured(),
         state_feedback=params.form == "state_feedback",
         constant_gain=params.constant_gain(depth),
         vertical=_place(params, own, depth, _given(params.thrust_lag_s, own.thrust_lag_s), 0.0),
@@ -92,15 +84,17 @@ def tuning(params: LawParams, depth: Depth) -> Tuning:
         friction_1_s=params.friction_1_s,
         angular_friction_1_s=params.angular_friction_1_s,
         delay_us=round(params.delay_s * 1e6),
-        thrust_min_share=limits.thrust_min_g,
-        thrust_max_share=limits.thrust_max_g,
-        speed_m_s=limits.approach_speed_max_m_s,
-        climb_m_s=limits.climb_speed_max_m_s,
-        tilt_tangent=math.tan(math.radians(limits.tilt_max_deg)),
-        jerk_m_s3=GRAVITY_M_S2 * limits.turn_rate_max_rad_s,
-        yaw_rate_rad_s=yaw_rate,
+        limits=DemandLimits(
+            speed_m_s=limits.approach_speed_max_m_s,
+            climb_m_s=limits.climb_speed_max_m_s,
+            yaw_rate_rad_s=yaw_rate,
+            yaw_acceleration_rad_s2=yaw_acceleration,
+            thrust_low_m_s2=limits.thrust_min_g * GRAVITY_M_S2,
+            thrust_high_m_s2=limits.thrust_max_g * GRAVITY_M_S2,
+            tilt_tangent=math.tan(math.radians(limits.tilt_max_deg)),
+            jerk_m_s3=GRAVITY_M_S2 * limits.turn_rate_max_rad_s,
+        ),
         yaw_input_max=yaw_most,
-        yaw_acceleration_rad_s2=yaw_acceleration,
     )
 
 

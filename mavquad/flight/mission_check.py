@@ -111,7 +111,7 @@ def mission_extent(mission: MissionParams) -> Extent:
 
 @lru_cache(maxsize=2)
 def _points(mission: MissionParams) -> Points:
-    """What was looked at before the flight; kept, since it is asked for again at the hand-over, where nothing may take long."""
+    """What was looked at before the flight; kept for the hand-over, where nothing may take long."""
     return tuple(_looks(mission))
 
 
