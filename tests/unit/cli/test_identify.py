@@ -6,25 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from mavquad.cli import main
 from mavquad.tlog import read_records
-
-
-@pytest.fixture
-def cli(monkeypatch, capsys, tmp_path):
-    """Runs `mavquad ARGUMENTS` in an empty folder; returns (exit code, stdout, stderr)."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "80")
-
-    def run(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr("sys.argv", ["mavquad", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        out, err = capsys.readouterr()
-        assert "Traceback" not in out + err
-        return ended.value.code, out, err
-
-    return run
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,6 @@ import tomllib
 
 import pytest
 
-from mavquad.cli import main
 from mavquad.cli.tune import limits_of
 from mavquad.config import load
 from mavquad.errors import InputError
@@ -15,21 +14,10 @@ QUICK = ("--depth", "attitude", "--set", "law.measurements=position_yaw")
 
 
 @pytest.fixture
-def cli(monkeypatch, capsys, tmp_path):
-    """Runs `mavquad tune ARGUMENTS` in a folder that has mine.toml; returns (exit code, stdout, stderr)."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "80")
+def cli(cli, tmp_path):
+    """Runs `mavquad tune ARGUMENTS` in a folder that has mine.toml."""
     (tmp_path / "mine.toml").write_text(MINE)
-
-    def run(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr("sys.argv", ["mavquad", "tune", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        out, err = capsys.readouterr()
-        assert "Traceback" not in out + err
-        return ended.value.code, out, err
-
-    return run
+    return lambda *arguments: cli("tune", *arguments)
 
 
 def test_tables_fit_a_narrow_terminal(cli):
