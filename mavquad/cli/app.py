@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -13,6 +12,9 @@ from mavquad import __version__
 from mavquad.cli.outcome import EXIT_CODES, run
 from mavquad.config import Override, parse_override
 from mavquad.errors import ConfigError
+
+Options = dict[str, dict[str, object]]
+"""Of each option, the keys of the configuration that it sets; None leaves a key as it is."""
 
 app = typer.Typer(
     name="mavquad",
@@ -99,16 +101,11 @@ def fly(
     """Fly a mission over UDP; without --connect, on a mock autopilot that it starts itself."""
     from mavquad.cli.fly import fly as command
 
-    options = {
-        "--connect": ("link.url", connect),
-        "--mission": ("mission.name", mission),
-        **_places(mission, goto, file),
-        "--duration": ("mission.duration_s", duration),
-        "--depth": ("law.depth", depth),
-        "--force": ("flight.force", "true" if force else None),
-        "--law": ("law.form", law and law.replace("-", "_")),
-        "--seed": ("seed", seed),
-        "--wind": ("mock.wind_ned_m_s", _vector("--wind", wind, "m/s")),
+    options: Options = {
+        "--connect": {"link.url": connect},
+        **_mission(mission, goto, file, duration),
+        **_law(depth, law, force),
+        **_mock(seed, wind),
     }
     return command(config, _overrides(set_, options), run_dir, json)
 
@@ -135,18 +132,13 @@ def sim(
     """Fly the same agent on the same mock in lockstep: virtual time, deterministic, as fast as the machine can."""
     from mavquad.cli.sim import sim as command
 
-    options = {
-        "--mission": ("mission.name", mission),
-        **_places(mission, goto, file),
-        "--duration": ("mission.duration_s", duration),
-        "--depth": ("law.depth", depth),
-        "--force": ("flight.force", "true" if force else None),
-        "--law": ("law.form", law and law.replace("-", "_")),
-        "--seed": ("seed", seed),
-        "--wind": ("mock.wind_ned_m_s", _vector("--wind", wind, "m/s")),
-        "--latency-ms": ("mock.link.latency_ms", latency_ms),
-        "--jitter-ms": ("mock.link.jitter_ms", jitter_ms),
-        "--loss": ("mock.link.loss", loss),
+    options: Options = {
+        **_mission(mission, goto, file, duration),
+        **_law(depth, law, force),
+        **_mock(seed, wind),
+        "--latency-ms": {"mock.link.latency_ms": latency_ms},
+        "--jitter-ms": {"mock.link.jitter_ms": jitter_ms},
+        "--loss": {"mock.link.loss": loss},
     }
     return command(config, _overrides(set_, options), run_dir, json)
 
@@ -210,24 +202,45 @@ def tune(
     from mavquad.cli.tune import tune as command
 
     limits = limits_of(phase_margin_deg, delay_margin_ms, ms)
-    overrides = _overrides(set_, {"--depth": ("law.depth", depth)})
+    overrides = _overrides(set_, {"--depth": {"law.depth": depth}})
     return command(config, overrides, limits, TuneOptions(output, write, force, json))
 
 
-def _overrides(own: list[str] | None, options: Mapping[str, tuple[str, object]]) -> list[Override]:
-    """An option {--name: (key, value)} is a key of the configuration; what --set says of the same key wins."""
-    given = [Override(key, str(value), option) for option, (key, value) in options.items() if value is not None]
+def _overrides(own: list[str] | None, options: Options) -> list[Override]:
+    """An option {--name: {key: value}} sets keys of the configuration; what --set says of the same key wins."""
+    given = [
+        Override(key, str(value), option)
+        for option, keys in options.items()
+        for key, value in keys.items()
+        if value is not None
+    ]
     return given + [parse_override(assignment) for assignment in own or []]
 
 
-def _places(mission: str | None, goto: str | None, file: Path | None) -> dict[str, tuple[str, object]]:
-    """Options that choose a mission and say where it goes."""
+def _mission(mission: str | None, goto: str | None, file: Path | None, duration: float | None) -> Options:
+    """What is flown; only one option can choose it."""
     given = [name for name, value in (("--mission", mission), ("--goto", goto), ("--file", file)) if value is not None]
     if len(given) > 1:
         raise ConfigError(given[1], "", f"{given[0]} chooses the mission already: give one of them")
-    if goto is not None:
-        return {"--goto": ("mission.offset_ned_m", _vector("--goto", goto, "m")), "--goto ": ("mission.name", "goto")}
-    return {"--file": ("mission.file", file)}
+    place = _vector("--goto", goto, "m")
+    return {
+        "--mission": {"mission.name": mission},
+        "--goto": {"mission.offset_ned_m": place, "mission.name": place and "goto"},
+        "--file": {"mission.file": file},
+        "--duration": {"mission.duration_s": duration},
+    }
+
+
+def _law(depth: str | None, law: str | None, force: bool) -> Options:
+    return {
+        "--depth": {"law.depth": depth},
+        "--force": {"flight.force": "true" if force else None},
+        "--law": {"law.form": law and law.replace("-", "_")},
+    }
+
+
+def _mock(seed: int | None, wind: str | None) -> Options:
+    return {"--seed": {"seed": seed}, "--wind": {"mock.wind_ned_m_s": _vector("--wind", wind, "m/s")}}
 
 
 def _vector(option: str, text: str | None, unit: str) -> str | None:

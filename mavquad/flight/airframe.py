@@ -48,7 +48,7 @@ class HoverThrust:
 
     def learn(self, thrust_norm: float, attitude: Attitude) -> None:
         """Take in the autopilot's own thrust command while it hovers."""
-        if LEAST_THRUST_NORM < thrust_norm < 1.0 - LEAST_THRUST_NORM:
+        if within_hover(thrust_norm):
             self._sum += thrust_norm * math.cos(tilt_rad(attitude))
             self._count += 1
 
@@ -66,5 +66,5 @@ class HoverThrust:
 
 
 def within_hover(thrust_norm: float) -> float:
-    """A parameter's figure, or 0 if no vehicle hovers with it (NaN included)."""
+    """A figure for the hover thrust, or 0 if no vehicle hovers with it (NaN included)."""
     return thrust_norm if LEAST_THRUST_NORM < thrust_norm < 1.0 - LEAST_THRUST_NORM else 0.0

@@ -13,6 +13,7 @@ from mavquad.flight.airframe import AirframeParams, HoverThrust
 from mavquad.flight.guards import tilt_rad
 from mavquad.flight.mission import Mission, MissionParams
 from mavquad.flight_record import TraceRow
+from mavquad.frames import euler_flipped
 from mavquad.protocol.firmware import px4
 from mavquad.protocol.streams import StreamParams
 from mavquad.types import Attitude, Depth, LawCommand, Position, ReferencePoint, Vec3, Vec4
@@ -115,7 +116,9 @@ class LawFlight:
 
     def safe_controls(self, attitude: Attitude | None) -> Vec4:
         """No rotation, hover thrust: what is held while a hand-back takes effect."""
-        yaw_ned_rad = -attitude.yaw_rad if attitude else 0.0
+        yaw_ned_rad = 0.0
+        if attitude is not None:
+            _, _, yaw_ned_rad = euler_flipped(attitude.roll_rad, attitude.pitch_rad, attitude.yaw_rad)
         return px4.safe_controls(self.depth, self._hover.norm, yaw_ned_rad)
 
     def _row(self, command: LawCommand, trace: Trace, now_us: int, phase: str) -> TraceRow:

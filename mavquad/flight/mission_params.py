@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from mavquad.control.reference import ReferenceParams
 from mavquad.flight.trajectory_rows import COLUMNS, row_fault
+from mavquad.frames import nwu_from_ned
 from mavquad.schema import Section
 from mavquad.types import Vec3
 
@@ -108,8 +109,8 @@ class MissionParams(Section):
 def waypoints_nwu_m(params: MissionParams) -> list[Vec3]:
     """All the places of a "waypoints" mission in order, repeats included, the start first; none twice in a row."""
     places: list[Vec3] = [(0.0, 0.0, 0.0)]
-    for north, east, down in params.waypoints_ned_m * params.repeat:
-        place = (north, -east, -down)
+    for waypoint_ned_m in params.waypoints_ned_m * params.repeat:
+        place = nwu_from_ned(waypoint_ned_m)
         if place != places[-1]:
             places.append(place)
     return places

@@ -15,10 +15,9 @@ from bisect import bisect_right
 from dataclasses import dataclass
 from functools import lru_cache
 
+from mavquad.control.trajectories.chain_rule import Five
 from mavquad.control.trajectories.curves import Curve, Point
 from mavquad.frames import unwrap_near
-
-Five = tuple[float, float, float, float, float]
 
 TURN_MAX_RAD = 0.5
 """Between two knots of the table; a table this fine cannot miss a turn."""
