@@ -1,23 +1,20 @@
-"""The mock autopilot as an Endpoint: plant, estimator and personality, stepped every 4 ms of virtual time."""
+"""The mock autopilot as an Endpoint: the world and the autopilot's software, stepped every 4 ms of virtual time."""
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mavquad.endpoint import NEVER_US, floor_to_grid_us
 from mavquad.protocol.codec import decode, frame_source
 from sitl_mock.config import MockConfig
-from sitl_mock.geometry import Quaternion, Vec3, Vec4, from_euler, to_euler
-from sitl_mock.paper_model import PaperModel, PaperState
-from sitl_mock.personality.px4 import Px4
-from sitl_mock.plant import TICK_US, Plant, VehicleState
-from sitl_mock.quadcopter import RigidBody
+from sitl_mock.geometry import Quaternion, Vec3, Vec4, to_euler
+from sitl_mock.personality import Personality
+from sitl_mock.personality.px4.personality import Px4
+from sitl_mock.plant import TICK_US
+from sitl_mock.port import Port, PortKind
 from sitl_mock.script import Script
-from sitl_mock.sensors import Estimator
-from sitl_mock.wind import Wind
-
-_TICK_S = TICK_US / 1e6
+from sitl_mock.world import TICK_S, World
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,33 +35,36 @@ class Truth:
 
 
 class MockAutopilot:
-    """A simulated vehicle with its autopilot. Boot is at `start_us`; the same inputs and seed give the same bytes."""
+    """A simulated vehicle with its autopilot. Boot is at `start_us`; the same inputs and seed give the same bytes.
 
-    def __init__(self, config: MockConfig, seed: int, start_us: int) -> None:
-        self._wind = Wind(config.wind_ned_m_s, config.gusts_m_s, config.gusts_time_s, seed)
+    As an `Endpoint` it is what its first port shows; the others are reached by their number.
+    """
+
+    def __init__(self, config: MockConfig, seed: int, start_us: int, ports: Sequence[PortKind] = ("onboard",)) -> None:
         self._start_us = floor_to_grid_us(start_us)
         self._tick_us = self._start_us
-        self._plant = _plant(config)
-        self._estimator = Estimator(config.sensors, seed)
+        self._world = World(config, seed)
         self._script = Script(config.faults)
-        self._personality = Px4(config, self._script, self._estimator.step(self._plant.state, 0, _TICK_S))
+        self.ports = tuple(Port(kind, config.system_id) for kind in ports)
+        self._personality = _personality(config, self._script, self.ports, self._world)
         self._motor_commands: Vec4 = (0.0, 0.0, 0.0, 0.0)
         self._is_dead = False
 
     @property
     def mode(self) -> str:
-        """PX4's name of the mode in force, e.g. AUTO.LOITER."""
-        return self._personality.commander.mode.value
+        """The autopilot's name of the mode in force, e.g. AUTO.LOITER."""
+        return self._personality.mode
 
     @property
     def armed(self) -> bool:
         """Whether the motors may turn."""
-        return self._personality.commander.armed
+        return self._personality.armed
 
-    def receive(self, data: bytes, now_us: int) -> None:
+    def receive(self, data: bytes, now_us: int, port: int = 0) -> None:
         """Take in one whole, valid frame."""
         if not self._is_dead:
-            self._personality.handle(decode(data), frame_source(data), now_us - self._start_us)
+            boot_us = now_us - self._start_us
+            self._personality.handle(decode(data), frame_source(data), self.ports[port], boot_us)
 
     def next_deadline_us(self) -> int:
         """The next tick of the physics."""
@@ -77,20 +77,21 @@ class MockAutopilot:
         if self._script.is_dead(boot_us):
             self._is_dead = True
             return
-        self._plant.step(self._motor_commands, self._wind.step(_TICK_S), _TICK_S)
-        state = self._plant.state
-        estimate = self._estimator.step(state, boot_us, _TICK_S)
-        self._motor_commands = self._personality.fly(state, estimate, boot_us, _TICK_S)
+        world = self._world
+        world.step(self._motor_commands, boot_us)
+        pilot = self._script.mode_change(boot_us)
+        if pilot is not None:
+            self._personality.pilot_selects(pilot)
+        self._motor_commands = self._personality.fly(world.state, world.estimate, boot_us, TICK_S)
         self._personality.report(boot_us)
 
-    def datagrams_to_send(self) -> list[bytes]:
+    def datagrams_to_send(self, port: int = 0) -> list[bytes]:
         """The frames made since the last call, each a datagram."""
-        frames, self._personality.outbox = self._personality.outbox, []
-        return frames
+        return self.ports[port].take()
 
     def truth(self) -> Truth:
         """The true state now."""
-        state, commander = self._plant.state, self._personality.commander
+        state, personality = self._world.state, self._personality
         return Truth(
             self._tick_us - self._start_us,
             state.position_ned_m,
@@ -98,17 +99,13 @@ class MockAutopilot:
             state.quaternion,
             to_euler(state.quaternion),
             state.rates_frd_rad_s,
-            commander.armed,
-            commander.landed,
-            commander.crashed,
-            commander.mode.value,
+            personality.armed,
+            personality.landed,
+            personality.crashed,
+            personality.mode,
             self._motor_commands,
         )
 
 
-def _plant(config: MockConfig) -> Plant:
-    params = config.vehicle.params()
-    heading_rad = math.radians(config.vehicle.heading_deg)
-    if config.vehicle.model == "paper":
-        return PaperModel(params, PaperState(roll_pitch_yaw_rad=(0.0, 0.0, -heading_rad)))
-    return RigidBody(params, VehicleState(quaternion=from_euler(0.0, 0.0, heading_rad)))
+def _personality(config: MockConfig, script: Script, ports: tuple[Port, ...], world: World) -> Personality:
+    return Px4(config, script, ports, world.estimate)

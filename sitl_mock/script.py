@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sitl_mock.config import (
+from sitl_mock.config.faults import (
     AckWithoutActing,
     Die,
     Fault,

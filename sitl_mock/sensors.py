@@ -13,7 +13,7 @@ import random
 from collections import deque
 from dataclasses import dataclass
 
-from sitl_mock.config import SensorsConfig
+from sitl_mock.config.sensors import SensorsConfig
 from sitl_mock.geometry import ZERO3, Quaternion, Vec3, from_euler, normalised, to_euler
 from sitl_mock.plant import VehicleState
 

@@ -12,7 +12,7 @@ from mavquad.protocol.firmware import px4
 from mavquad.types import AttitudeCommand, RateCommand, TorqueCommand
 from sitl_mock.geometry import from_euler
 from sitl_mock.inner_loops import AttitudeSetpoint, RatesSetpoint
-from sitl_mock.personality.offboard import OffboardInput
+from sitl_mock.personality.px4.offboard import OffboardInput
 
 NAN = math.nan
 G = 9.81

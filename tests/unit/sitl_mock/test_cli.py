@@ -81,7 +81,7 @@ def test_firmware_may_be_a_number(number, text):
 
 @pytest.mark.parametrize("value", [1.14, 1, True, "1.130", [1.13]])
 def test_no_other_firmware(value):
-    with pytest.raises(ConfigError, match=r"'1\.13', '1\.15' or '1\.16'") as caught:
+    with pytest.raises(ConfigError, match=r"'auto', '1\.13', '1\.15', '1\.16' or '4\.7'") as caught:
         parse_section(MockConfig, {"firmware": value}, "mock.toml", "mock")
     assert caught.value.key == "mock.firmware"
 

@@ -7,7 +7,8 @@ import pytest
 
 from mavquad.endpoint import GRID_US, NEVER_US, advance, deliver
 from sitl_mock.autopilot import MockAutopilot
-from sitl_mock.config import LinkConfig, MockConfig
+from sitl_mock.config import MockConfig
+from sitl_mock.config.link import LinkConfig
 from sitl_mock.faults import ImpairedLink
 
 STEP_US = 10_000
@@ -21,7 +22,7 @@ class Echo:
         self.ticks = []
         self._out = []
 
-    def receive(self, data, now_us):
+    def receive(self, data, now_us, port=0):
         self.inputs.append((now_us, data))
         self._out.append(data)
 
@@ -31,7 +32,7 @@ class Echo:
     def on_deadline(self, now_us):
         self.ticks.append(now_us)
 
-    def datagrams_to_send(self):
+    def datagrams_to_send(self, port=0):
         out, self._out = self._out, []
         return out
 

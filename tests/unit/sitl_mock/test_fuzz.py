@@ -10,8 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from mavquad.protocol.codec import Encoder, mavlink
-from sitl_mock.personality.params import px4_defaults
-from sitl_mock.personality.telemetry import global_position_int, home_position
+from sitl_mock.personality.px4.defaults import px4_defaults
+from sitl_mock.personality.px4.telemetry import global_position_int, home_position
 from sitl_mock.plant import VehicleParams
 
 HANDLED = (

@@ -6,7 +6,7 @@ import pytest
 
 from mavquad.protocol.codec import mavlink
 from sitl_mock.inner_loops import RatesSetpoint
-from sitl_mock.personality.offboard import OffboardInput
+from sitl_mock.personality.px4.offboard import OffboardInput
 
 ACCEPTED, TEMPORARILY_REJECTED = 0, 1
 NAN = math.nan

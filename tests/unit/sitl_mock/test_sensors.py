@@ -5,7 +5,7 @@ import statistics
 
 import pytest
 
-from sitl_mock.config import SensorsConfig
+from sitl_mock.config.sensors import SensorsConfig
 from sitl_mock.geometry import from_euler
 from sitl_mock.plant import VehicleState
 from sitl_mock.sensors import Estimator

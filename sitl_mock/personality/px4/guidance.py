@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from sitl_mock.geometry import ZERO3, Vec3, wrap_pi
 from sitl_mock.inner_loops import PositionSetpoint, Setpoint, TorqueSetpoint
-from sitl_mock.personality.modes import Mode
+from sitl_mock.personality.px4.modes import Mode
 from sitl_mock.sensors import Estimate
 
 IDLE = TorqueSetpoint(ZERO3, 0.0)

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from mavquad.protocol.codec import Message, mavlink
-from sitl_mock.config import Firmware
+from sitl_mock.config import Px4Release
 from sitl_mock.geometry import Quaternion, Vec3, Vec4
-from sitl_mock.personality.modes import Mode
+from sitl_mock.personality.px4.modes import Mode
 from sitl_mock.sensors import Estimate
 
 HOME_LATITUDE_DEG = 45.4671182
@@ -18,13 +18,13 @@ HOME_ALTITUDE_M = 32.5
 """Where PX4 1.13's SIH starts; altitude above mean sea level."""
 
 _PREARM_CHECK = mavlink.MAV_SYS_STATUS_PREARM_CHECK
-_SENSORS: dict[Firmware, tuple[int, int, int]] = {
+_SENSORS: dict[Px4Release, tuple[int, int, int]] = {
     "1.13": (0x9020802C, 0x9020800C, 0x9020802F),
     "1.15": (0x0300402F, 0x0301402F, 0x1320C83F),
     "1.16": (0x0300402F, 0x0301402F, 0x1320C83F),
 }
 """SYS_STATUS's sensors present, enabled and healthy when ready to arm, as recorded from SIH (1.15: taken to be as 1.16)."""
-_SERVOS_5_TO_8: dict[Firmware, tuple[int, int, int, int]] = {
+_SERVOS_5_TO_8: dict[Px4Release, tuple[int, int, int, int]] = {
     "1.13": (1500, 1500, 900, 900),
     "1.15": (900,) * 4,
     "1.16": (900,) * 4,
@@ -34,7 +34,7 @@ _LEAST_THRUST = 0.001
 """What ATTITUDE_TARGET shows at rest, disarmed or armed, as recorded."""
 _EARTH_RADIUS_M = 6371000.0
 _NAN3 = (math.nan, math.nan, math.nan)
-_VERSION: dict[Firmware, tuple[int, int]] = {
+_VERSION: dict[Px4Release, tuple[int, int]] = {
     "1.13": (17629952, 58623),
     "1.15": (17761535, 59647),
     "1.16": (17826559, 59647),
@@ -49,7 +49,7 @@ class Picture:
     `is_torque_control`: nothing sets an attitude or rates.
     """
 
-    firmware: Firmware
+    firmware: Px4Release
     boot_us: int
     estimate: Estimate
     mode: Mode
@@ -195,7 +195,7 @@ def home_position(picture: Picture) -> Message:
     )
 
 
-def autopilot_version(firmware: Firmware) -> Message:
+def autopilot_version(firmware: Px4Release) -> Message:
     """AUTOPILOT_VERSION of the imitated release."""
     version, capabilities = _VERSION[firmware]
     return mavlink.MAVLink_autopilot_version_message(

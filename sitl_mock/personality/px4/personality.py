@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from mavquad.protocol.codec import Encoder, Message, mavlink
+from mavquad.protocol.codec import Message, mavlink
 from sitl_mock import inner_loops
 from sitl_mock.config import MockConfig
 from sitl_mock.geometry import ZERO3, Vec4
 from sitl_mock.mixer import mix
-from sitl_mock.personality import telemetry
-from sitl_mock.personality.commander import Commander
-from sitl_mock.personality.commands import Commands, Sender
-from sitl_mock.personality.modes import Mode
-from sitl_mock.personality.offboard import OffboardInput
-from sitl_mock.personality.params import ParameterServer, px4_defaults
-from sitl_mock.personality.streams import Streams
+from sitl_mock.personality import Sender
+from sitl_mock.personality.params import ParameterServer
+from sitl_mock.personality.px4 import telemetry
+from sitl_mock.personality.px4.commander import Commander
+from sitl_mock.personality.px4.commands import Commands
+from sitl_mock.personality.px4.defaults import px4_defaults
+from sitl_mock.personality.px4.modes import Mode
+from sitl_mock.personality.px4.offboard import OffboardInput
+from sitl_mock.personality.px4.rates import streams_of
 from sitl_mock.plant import VehicleState
+from sitl_mock.port import AUTOPILOT_COMPONENT, Port
 from sitl_mock.script import Script
 from sitl_mock.sensors import Estimate
 
-_AUTOPILOT_COMPONENT = 1
 _GCS_LOST_US = 5_000_000
 _TEXT_BACKLOG = 16
 _COMMANDS = ("COMMAND_LONG", "COMMAND_INT", "SET_MODE")
@@ -27,64 +29,88 @@ _SETPOINTS = ("SET_ATTITUDE_TARGET", "SET_POSITION_TARGET_LOCAL_NED", "SET_ACTUA
 
 
 class Px4:
-    """Takes messages in, flies the vehicle's motors, and fills `outbox` with frames."""
+    """PX4's software: takes messages in, flies the vehicle's motors, and reports on its ports."""
 
-    def __init__(self, config: MockConfig, script: Script, estimate: Estimate) -> None:
+    def __init__(self, config: MockConfig, script: Script, ports: tuple[Port, ...], estimate: Estimate) -> None:
         vehicle = config.vehicle.params()
         self._config = config
         self._script = script
         self._gains = inner_loops.Gains(vehicle.hover_thrust_norm, vehicle.gravity_m_s2)
         self._loops = inner_loops.LoopState()
-        self._encoder = Encoder(config.system_id, _AUTOPILOT_COMPONENT)
         self._params = ParameterServer(px4_defaults(config.system_id, config.com_rcl_except, vehicle))
-        self._streams = Streams(config.streams)
-        self._offboard = OffboardInput(config.firmware)
+        self._streams = {port: streams_of(port.kind, config.streams) for port in ports}
+        self._offboard = OffboardInput(config.px4_release)
         self.commander = Commander(
-            config.firmware, self._params, self._offboard, vehicle.hover_thrust_norm, round(config.ready_s * 1e6)
+            config.px4_release, self._params, self._offboard, vehicle.hover_thrust_norm, round(config.ready_s * 1e6)
         )
         self._commands = Commands(
-            config.firmware,
+            config.px4_release,
             config.system_id,
             self.commander,
-            self._streams,
             self._params,
             script,
             telemetry.HOME_ALTITUDE_M,
             self._send_by_id,
+            self._set_interval,
         )
         self._estimate = estimate
         self._controls = inner_loops.TorqueSetpoint(ZERO3, 0.0)
         self._attitude_thrust_norm = 0.0
         self._motors: Vec4 = (0.0, 0.0, 0.0, 0.0)
-        self._gcs_us: int | None = None
-        self.outbox: list[bytes] = []
+        self._listing_port = ports[0]
 
-    def handle(self, message: Message, sender: Sender, boot_us: int) -> None:
+    @property
+    def mode(self) -> str:
+        """PX4's name of the mode in force, e.g. AUTO.LOITER."""
+        return self.commander.mode.value
+
+    @property
+    def armed(self) -> bool:
+        """Whether the motors may turn."""
+        return self.commander.armed
+
+    @property
+    def landed(self) -> bool:
+        """Whether it believes to stand on the ground."""
+        return self.commander.landed
+
+    @property
+    def crashed(self) -> bool:
+        """Whether it came down hard or on its back."""
+        return self.commander.crashed
+
+    def pilot_selects(self, mode: str) -> None:
+        """The pilot moves the mode switch."""
+        self.commander.select(Mode(mode))
+
+    def breach_geofence(self) -> None:
+        """Nothing yet."""
+
+    def handle(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
         """React to one message from `sender` (system, component)."""
         kind = message.get_type()
         if kind in _SETPOINTS:
             self._take_setpoint(message, boot_us)
         elif kind in _COMMANDS:
-            for ack in self._commands.answer(message, sender, boot_us):
-                self._send(ack, boot_us)
+            for ack in self._commands.answer(message, sender, port, boot_us):
+                self._send(port, ack, boot_us)
         elif kind in _PARAMETERS:
             if self._is_for_us(message):
                 for value in self._params.answer(message):
-                    self._send(value, boot_us)
+                    self._send(port, value, boot_us)
+                if kind == "PARAM_REQUEST_LIST":
+                    self._listing_port = port
         elif kind == "TIMESYNC":
             if message.tc1 == 0:
-                self._send(mavlink.MAVLink_timesync_message(boot_us * 1000, message.ts1), boot_us)
+                self._send(port, mavlink.MAVLink_timesync_message(boot_us * 1000, message.ts1), boot_us)
         elif kind == "HEARTBEAT" and message.type == mavlink.MAV_TYPE_GCS:
-            self._gcs_us = boot_us
+            port.ground_station_us = boot_us
         self._note_offboard(boot_us)
         self._send_texts(boot_us)
 
     def fly(self, truth: VehicleState, estimate: Estimate, boot_us: int, dt_s: float) -> Vec4:
         """One tick of commander and inner loops; the motor commands until the next one."""
         self._estimate = estimate
-        pilot = self._script.mode_change(boot_us)
-        if pilot is not None:
-            self.commander.select(Mode(pilot))
         self.commander.step(truth, estimate, self._controls.thrust_norm, boot_us)
         self._note_offboard(boot_us)
         if not self.commander.armed:
@@ -104,14 +130,14 @@ class Px4:
 
     def report(self, boot_us: int) -> None:
         """Send the telemetry that is due."""
-        due = self._streams.due(boot_us)
-        if due:
-            picture = self._picture(boot_us)
-            for message_id in due:
-                self._send_built(message_id, picture)
+        picture = None
+        for port, streams in self._streams.items():
+            for message_id in streams.due(boot_us):
+                picture = picture or self._picture(boot_us)
+                self._send_built(port, message_id, picture)
         value = self._params.next_of_list()
         if value is not None:
-            self._send(value, boot_us)
+            self._send(self._listing_port, value, boot_us)
         self._send_texts(boot_us)
 
     def _take_setpoint(self, message: Message, boot_us: int) -> None:
@@ -123,7 +149,7 @@ class Px4:
 
     def _is_for_us(self, message: Message, allow_broadcast: bool = False) -> bool:
         systems = (self._config.system_id, 0) if allow_broadcast else (self._config.system_id,)
-        return message.target_system in systems and message.target_component in (0, _AUTOPILOT_COMPONENT)
+        return message.target_system in systems and message.target_component in (0, AUTOPILOT_COMPONENT)
 
     def _note_offboard(self, boot_us: int) -> None:
         if self.commander.mode is Mode.OFFBOARD:
@@ -132,7 +158,7 @@ class Px4:
     def _picture(self, boot_us: int) -> telemetry.Picture:
         commander = self.commander
         return telemetry.Picture(
-            self._config.firmware,
+            self._config.px4_release,
             boot_us,
             self._estimate,
             commander.mode,
@@ -149,31 +175,40 @@ class Px4:
             self._script.has_nan_pose(boot_us),
         )
 
-    def _send_by_id(self, message_id: int, boot_us: int) -> bool:
+    def _send_by_id(self, port: Port, message_id: int, boot_us: int) -> bool:
         if message_id == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
-            self._send(telemetry.autopilot_version(self._config.firmware), boot_us)
+            self._send(port, telemetry.autopilot_version(self._config.px4_release), boot_us)
             return True
-        return message_id in telemetry.BUILDERS and self._send_built(message_id, self._picture(boot_us))
+        return message_id in telemetry.BUILDERS and self._send_built(port, message_id, self._picture(boot_us))
 
-    def _send_built(self, message_id: int, picture: telemetry.Picture) -> bool:
+    def _set_interval(self, port: Port, message_id: int, interval_us: float, boot_us: int) -> bool:
+        return self._streams[port].set_interval(message_id, interval_us, boot_us)
+
+    def _send_built(self, port: Port, message_id: int, picture: telemetry.Picture) -> bool:
         message = telemetry.BUILDERS[message_id](picture)
         if message is None:
             return False
-        self._send(message, picture.boot_us)
+        self._send(port, message, picture.boot_us)
         return True
 
     def _send_texts(self, boot_us: int) -> None:
-        """STATUSTEXT goes out only while a ground station is heard; until then the latest ones wait."""
+        """STATUSTEXT goes out only where a ground station is heard; while there is none the latest ones wait."""
         texts = self.commander.texts
         if not texts:
             return
-        if self._gcs_us is None or boot_us - self._gcs_us > _GCS_LOST_US:
+        ports = [port for port in self._streams if _hears_ground_station(port, boot_us)]
+        if not ports:
             del texts[:-_TEXT_BACKLOG]
             return
         for severity, text in texts:
-            self._send(telemetry.statustext(severity, text), boot_us)
+            for port in ports:
+                self._send(port, telemetry.statustext(severity, text), boot_us)
         texts.clear()
 
-    def _send(self, message: Message, boot_us: int) -> None:
+    def _send(self, port: Port, message: Message, boot_us: int) -> None:
         if not self._script.is_silent(boot_us) and not self._script.is_stopped(message.get_type(), boot_us):
-            self.outbox.append(self._encoder.encode(message))
+            port.send(message)
+
+
+def _hears_ground_station(port: Port, boot_us: int) -> bool:
+    return port.ground_station_us is not None and boot_us - port.ground_station_us <= _GCS_LOST_US

@@ -12,7 +12,7 @@ import math
 import struct
 
 from mavquad.protocol.codec import Message
-from sitl_mock.config import Firmware
+from sitl_mock.config import Px4Release
 from sitl_mock.geometry import ZERO3, Vec3
 from sitl_mock.inner_loops import AttitudeSetpoint, PositionSetpoint, RatesSetpoint, Setpoint, TorqueSetpoint
 
@@ -29,7 +29,7 @@ _MAGIC_V2, _PAYLOAD_AT, _THRUST_BODY_DOWN_AT = 0xFD, 10, 47
 class OffboardInput:
     """The last setpoint and when it came. Any of the three messages keeps OFFBOARD alive."""
 
-    def __init__(self, firmware: Firmware) -> None:
+    def __init__(self, firmware: Px4Release) -> None:
         self._takes_torque = firmware == "1.13"
         self._received_us: int | None = None
         self.setpoint: Setpoint | None = None

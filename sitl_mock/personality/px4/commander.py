@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 
 from mavquad.protocol.codec import mavlink
-from sitl_mock.config import Firmware
+from sitl_mock.config import Px4Release
 from sitl_mock.geometry import ZERO3, Vec3
 from sitl_mock.inner_loops import PositionSetpoint, Setpoint, TorqueSetpoint
-from sitl_mock.personality.guidance import IDLE, Guidance, Speeds
-from sitl_mock.personality.modes import Mode
-from sitl_mock.personality.offboard import OffboardInput
 from sitl_mock.personality.params import ParameterServer
+from sitl_mock.personality.px4.guidance import IDLE, Guidance, Speeds
+from sitl_mock.personality.px4.modes import Mode
+from sitl_mock.personality.px4.offboard import OffboardInput
 from sitl_mock.plant import VehicleState
 from sitl_mock.sensors import Estimate
 
@@ -40,7 +40,7 @@ class Commander:
 
     def __init__(
         self,
-        firmware: Firmware,
+        firmware: Px4Release,
         params: ParameterServer,
         offboard: OffboardInput,
         hover_thrust_norm: float,

@@ -6,14 +6,15 @@ import math
 from collections.abc import Callable
 
 from mavquad.protocol.codec import Message, mavlink
-from sitl_mock.config import Firmware, Refuse
-from sitl_mock.personality.commander import ACCEPTED, CRITICAL, INFO, TEMPORARILY_REJECTED, Commander
-from sitl_mock.personality.modes import Mode, mode_of
+from sitl_mock.config import Px4Release
+from sitl_mock.config.faults import Refuse
+from sitl_mock.personality import Sender
 from sitl_mock.personality.params import ParameterServer
-from sitl_mock.personality.streams import Streams
+from sitl_mock.personality.px4.commander import ACCEPTED, CRITICAL, INFO, TEMPORARILY_REJECTED, Commander
+from sitl_mock.personality.px4.modes import Mode, mode_of
+from sitl_mock.port import Port
 from sitl_mock.script import Script
 
-Sender = tuple[int, int]
 Params = tuple[float, float, float, float, float, float, float]
 
 FAILED: int = mavlink.MAV_RESULT_FAILED
@@ -27,29 +28,33 @@ _GROUND_STATION_COMPONENT = mavlink.MAV_COMP_ID_MISSIONPLANNER
 
 
 class Commands:
-    """Obeys commands. `send_message` sends the message with an id at once and says whether there is such a one."""
+    """Obeys commands.
+
+    `send_message` sends the message with an id at once on a port, `set_interval` sets its rate there; both say whether
+    there is such a message.
+    """
 
     def __init__(
         self,
-        firmware: Firmware,
+        firmware: Px4Release,
         system_id: int,
         commander: Commander,
-        streams: Streams,
         params: ParameterServer,
         script: Script,
         home_altitude_m: float,
-        send_message: Callable[[int, int], bool],
+        send_message: Callable[[Port, int, int], bool],
+        set_interval: Callable[[Port, int, float, int], bool],
     ) -> None:
         self._is_113 = firmware == "1.13"
         self._is_116 = firmware == "1.16"
         self._system_id = system_id
         self._commander = commander
-        self._streams = streams
         self._params = params
         self._script = script
         self._home_altitude_m = home_altitude_m
         self._send_message = send_message
-        self._handlers: dict[int, Callable[[Params, int], int | None]] = {
+        self._set_stream = set_interval
+        self._handlers: dict[int, Callable[[Params, Port, int], int | None]] = {
             mavlink.MAV_CMD_COMPONENT_ARM_DISARM: self._arm,
             mavlink.MAV_CMD_NAV_TAKEOFF: self._take_off,
             mavlink.MAV_CMD_NAV_LAND: self._land,
@@ -59,7 +64,7 @@ class Commands:
             mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: self._request_version,
         }
 
-    def answer(self, message: Message, sender: Sender, boot_us: int) -> list[Message]:
+    def answer(self, message: Message, sender: Sender, port: Port, boot_us: int) -> list[Message]:
         """Obey a command message; the COMMAND_ACKs to send for it."""
         if message.get_type() == "SET_MODE":
             if message.target_system != self._system_id:
@@ -77,15 +82,16 @@ class Commands:
             return [_ack(command, scripted.result, sender)]
         if scripted is not None:
             return [_ack(command, ACCEPTED, sender)]
-        return [_ack(command, result, sender) for result in self._obey(command, _params_of(message), sender, boot_us)]
+        results = self._obey(command, _params_of(message), sender, port, boot_us)
+        return [_ack(command, result, sender) for result in results]
 
-    def _obey(self, command: int, params: Params, sender: Sender, boot_us: int) -> list[int]:
+    def _obey(self, command: int, params: Params, sender: Sender, port: Port, boot_us: int) -> list[int]:
         if command == _SET_MODE:
             result = self._set_mode(params, sender, boot_us)
             # The receiver of 1.16 acknowledges before its commander has decided.
             return [ACCEPTED, result] if self._is_116 else [result]
         handler = self._handlers.get(command)
-        answer = UNSUPPORTED if handler is None else handler(params, boot_us)
+        answer = UNSUPPORTED if handler is None else handler(params, port, boot_us)
         return [] if answer is None else [answer]
 
     def _set_mode(self, params: Params, sender: Sender, boot_us: int) -> int:
@@ -98,14 +104,14 @@ class Commands:
             self._commander.texts.append((CRITICAL, "Switching to Offboard is currently not available"))
         return result
 
-    def _arm(self, params: Params, boot_us: int) -> int | None:
+    def _arm(self, params: Params, port: Port, boot_us: int) -> int | None:
         if params[0] == 1:
             return self._commander.arm(boot_us)
         if params[0] == 0:
             return self._commander.disarm(forced=params[1] == _FORCE)
         return None
 
-    def _take_off(self, params: Params, boot_us: int) -> int:
+    def _take_off(self, params: Params, port: Port, boot_us: int) -> int:
         least_m = float(self._params["MIS_TAKEOFF_ALT"])
         climb_m = params[6] - self._home_altitude_m
         if not math.isfinite(climb_m) or climb_m < least_m:
@@ -119,23 +125,23 @@ class Commands:
         self._commander.take_off(climb_m)
         return ACCEPTED
 
-    def _land(self, params: Params, boot_us: int) -> int:
+    def _land(self, params: Params, port: Port, boot_us: int) -> int:
         self._commander.texts.append((INFO, "Landing at current position"))
         return self._commander.request(Mode.LAND, boot_us)
 
-    def _set_interval(self, params: Params, boot_us: int) -> int:
+    def _set_interval(self, params: Params, port: Port, boot_us: int) -> int:
         if not math.isfinite(params[1]):
             return DENIED
-        return ACCEPTED if self._streams.set_interval(_whole(params[0]), params[1], boot_us) else FAILED
+        return ACCEPTED if self._set_stream(port, _whole(params[0]), params[1], boot_us) else FAILED
 
-    def _return(self, params: Params, boot_us: int) -> int:
+    def _return(self, params: Params, port: Port, boot_us: int) -> int:
         return self._commander.request(Mode.RTL, boot_us)
 
-    def _request_message(self, params: Params, boot_us: int) -> int:
-        return ACCEPTED if self._send_message(_whole(params[0]), boot_us) else DENIED
+    def _request_message(self, params: Params, port: Port, boot_us: int) -> int:
+        return ACCEPTED if self._send_message(port, _whole(params[0]), boot_us) else DENIED
 
-    def _request_version(self, params: Params, boot_us: int) -> int:
-        return ACCEPTED if self._send_message(_AUTOPILOT_VERSION, boot_us) else DENIED
+    def _request_version(self, params: Params, port: Port, boot_us: int) -> int:
+        return ACCEPTED if self._send_message(port, _AUTOPILOT_VERSION, boot_us) else DENIED
 
 
 def _params_of(message: Message) -> Params:

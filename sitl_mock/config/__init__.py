@@ -1,0 +1,81 @@
+"""Configuration of the mock autopilot. `MockConfig()` is the default mock: a PX4 1.13 that flies SIH's quadcopter."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from mavquad.schema import Section
+from sitl_mock.config.faults import Fault
+from sitl_mock.config.link import LinkConfig
+from sitl_mock.config.sensors import SensorsConfig, StreamsConfig
+from sitl_mock.config.vehicle import VehicleConfig
+
+__all__ = ["ArduPilotRelease", "Autopilot", "Firmware", "MockConfig", "Px4Release"]
+
+
+def _number_as_text(value: Any) -> Any:
+    """`firmware = 1.16` without quotes is a number in TOML."""
+    return str(value) if isinstance(value, float) else value
+
+
+Autopilot = Literal["px4", "ardupilot"]
+Px4Release = Literal["1.13", "1.15", "1.16"]
+ArduPilotRelease = Literal["4.7"]
+Firmware = Annotated[Literal["auto", Px4Release, ArduPilotRelease], BeforeValidator(_number_as_text)]
+_PX4_RELEASES: dict[str, Px4Release] = {"auto": "1.13", "1.13": "1.13", "1.15": "1.15", "1.16": "1.16"}
+_ARDUPILOT_RELEASES: dict[str, ArduPilotRelease] = {"auto": "4.7", "4.7": "4.7"}
+
+
+class MockConfig(Section):
+    """A mock autopilot, its vehicle, its link and what goes wrong."""
+
+    autopilot: Autopilot = "px4"
+    """Whose manners: PX4's, or those of ArduPilot's Copter."""
+    firmware: Firmware = "auto"
+    """Release imitated: PX4 1.13 (takes SET_ACTUATOR_CONTROL_TARGET), 1.15 or 1.16 (acknowledges modes twice);
+    ArduCopter 4.7. "auto": 1.13, or 4.7."""
+    system_id: Annotated[int, Field(ge=1, le=255)] = 1
+    """MAVLink system id; the component is 1, the autopilot."""
+    com_rcl_except: Annotated[int, Field(ge=0, le=31)] = 4
+    """PX4's COM_RCL_EXCEPT at boot; without its bit 4, PX4 1.13 leaves OFFBOARD at once when it has no RC."""
+    ready_s: Annotated[float, Field(ge=0, le=300)] = 1.0
+    """Time from boot until arming is allowed in s."""
+    wind_ned_m_s: tuple[
+        Annotated[float, Field(ge=-50, le=50)],
+        Annotated[float, Field(ge=-50, le=50)],
+        Annotated[float, Field(ge=-50, le=50)],
+    ] = (0.0, 0.0, 0.0)
+    """Wind towards north, east, down in m/s."""
+    gusts_m_s: Annotated[float, Field(ge=0, le=20)] = 0.0
+    """Standard deviation of the gusts in m/s, towards north and towards east; 0 for none."""
+    gusts_time_s: Annotated[float, Field(ge=0.01, le=1000)] = 1.0
+    """Correlation time of the gusts in s."""
+    vehicle: VehicleConfig = VehicleConfig()
+    """The vehicle."""
+    sensors: SensorsConfig = SensorsConfig()
+    """Errors of the estimator's output."""
+    streams: StreamsConfig = StreamsConfig()
+    """Limits of the telemetry."""
+    link: LinkConfig = LinkConfig()
+    """The link to the far side."""
+    faults: tuple[Fault, ...] = ()
+    """Scripted faults."""
+
+    @model_validator(mode="after")
+    def _release_exists(self) -> Self:
+        releases = _PX4_RELEASES if self.autopilot == "px4" else _ARDUPILOT_RELEASES
+        if self.firmware not in releases:
+            raise ValueError(f"firmware {self.firmware} is none of {self.autopilot}'s: {', '.join(releases)}")
+        return self
+
+    @property
+    def px4_release(self) -> Px4Release:
+        """The release of PX4 that is imitated."""
+        return _PX4_RELEASES[self.firmware]
+
+    @property
+    def ardupilot_release(self) -> ArduPilotRelease:
+        """The release of ArduCopter that is imitated."""
+        return _ARDUPILOT_RELEASES[self.firmware]
