@@ -13,6 +13,7 @@ import random
 from collections import deque
 from dataclasses import dataclass
 
+from sitl_mock.battery import FULL, Battery
 from sitl_mock.config.sensors import SensorsConfig
 from sitl_mock.geometry import ZERO3, Quaternion, Vec3, from_euler, normalised, to_euler
 from sitl_mock.plant import VehicleState
@@ -20,7 +21,13 @@ from sitl_mock.plant import VehicleState
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """The estimator's output, NED and FRD; `stamp_us` is the time of the sample since boot, not of its publication."""
+    """The estimator's output, NED and FRD; `stamp_us` is the time of the sample since boot, not of its publication.
+
+    Attributes:
+        specific_force_frd_m_s2: what the accelerometer shows, (0, 0, -g) at rest on level ground.
+        battery: what is measured of the battery.
+        reset_count: how many times the position has jumped.
+    """
 
     stamp_us: int
     position_ned_m: Vec3
@@ -28,6 +35,9 @@ class Estimate:
     quaternion: Quaternion
     euler_rad: Vec3
     rates_frd_rad_s: Vec3
+    specific_force_frd_m_s2: Vec3 = (0.0, 0.0, -9.81)
+    battery: Battery = FULL
+    reset_count: int = 0
 
 
 class Estimator:
@@ -39,6 +49,9 @@ class Estimator:
         self._history: deque[tuple[int, VehicleState]] = deque()
         self._wander_m = _noisy(ZERO3, config.position_wander_m, self._normals(), 0)
         self._attitude_noise_rad = math.radians(config.attitude_noise_deg)
+        self._offset_m = ZERO3
+        self._reset_count = 0
+        self._battery = FULL
 
     def step(self, truth: VehicleState, boot_us: int, dt_s: float) -> Estimate:
         """The estimate published at `boot_us`, given the truth of that moment; `dt_s` is the time since the last."""
@@ -49,7 +62,7 @@ class Estimator:
         normals = self._normals()
         self._drift(dt_s, normals)
         x, y, z = position
-        dx, dy, dz = self._wander_m
+        dx, dy, dz = (a + b for a, b in zip(self._wander_m, self._offset_m, strict=True))
         euler = _noisy(to_euler(quaternion), self._attitude_noise_rad, normals, 3)
         return Estimate(
             sample_us,
@@ -58,7 +71,19 @@ class Estimator:
             from_euler(*euler),
             euler,
             _noisy(rates, config.rates_noise_rad_s, normals, 12),
+            battery=self._battery,
+            reset_count=self._reset_count,
         )
+
+    def jump_position(self, offset_ned_m: Vec3) -> None:
+        """From now on the position is off by this much more."""
+        x, y, z = self._offset_m
+        self._offset_m = (x + offset_ned_m[0], y + offset_ned_m[1], z + offset_ned_m[2])
+        self._reset_count += 1
+
+    def drain_battery(self, remaining: float) -> None:
+        """Only so much charge, 0 to 1, is left."""
+        self._battery = self._battery._replace(remaining=remaining)
 
     def _normals(self) -> list[float]:
         """Sixteen standard normal numbers (Box and Muller); twice as fast as fifteen calls of `gauss`."""

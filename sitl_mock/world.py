@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from sitl_mock.config import MockConfig
-from sitl_mock.geometry import Vec4, from_euler
+from sitl_mock.geometry import Vec3, Vec4, from_euler
 from sitl_mock.paper_model import PaperModel, PaperState
 from sitl_mock.plant import TICK_US, Plant, VehicleState
 from sitl_mock.quadcopter import RigidBody
@@ -37,6 +37,20 @@ class World:
         """One tick: the vehicle moves under these commands, then is measured."""
         self._plant.step(motor_commands, self._wind.step(TICK_S), TICK_S)
         self.estimate = self._estimator.step(self._plant.state, boot_us, TICK_S)
+
+    def drop_payload(self) -> None:
+        """The payload falls off; the vehicle is lighter by it."""
+
+    def weaken_rotor(self, rotor: int, share: float) -> None:
+        """Rotor 1 to 4, in the autopilot's numbering, gives only `share` (0 to 1) of its thrust and torque from now on."""
+
+    def jump_position(self, offset_ned_m: Vec3) -> None:
+        """The estimated position is off by this much more from now on; `Estimate.reset_count` counts."""
+        self._estimator.jump_position(offset_ned_m)
+
+    def drain_battery(self, remaining: float) -> None:
+        """Only the share `remaining` (0 to 1) of the battery's charge is left."""
+        self._estimator.drain_battery(remaining)
 
 
 def _plant(config: MockConfig) -> Plant:
