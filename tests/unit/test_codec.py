@@ -10,6 +10,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from mavquad.errors import InternalError
 from mavquad.protocol import codec
 from mavquad.protocol.codec import Encoder, Framer, mavlink
+from mavquad.protocol.codec import framer as framer_module
 
 FLOATS = st.floats(width=32)
 NAMES = st.binary(max_size=50).map(lambda text: text.replace(b"\0", b"."))
@@ -84,9 +85,10 @@ def test_too_short_to_tell():
     assert codec.frame_length(bytes((codec.MAGIC_V1,)), 0) == 0
 
 
-def test_decode_refuses_an_invalid_frame():
+@pytest.mark.parametrize("frame", [b"", b"\xfe", HEARTBEAT[:-1], HEARTBEAT + b"\0", b"\0" + HEARTBEAT[1:]])
+def test_decode_refuses_what_is_no_whole_frame(frame):
     with pytest.raises(InternalError, match="invalid frame"):
-        codec.decode(HEARTBEAT[:-1] + bytes((HEARTBEAT[-1] ^ 1,)))
+        codec.decode(frame)
 
 
 @given(st.lists(FRAMES, max_size=6), st.data())
@@ -193,7 +195,7 @@ def test_a_crafted_datagram_costs_a_few_steps_a_byte(monkeypatch):
         calls += 1
         return real(buffer, at)
 
-    monkeypatch.setattr(codec, "frame_length", counted)
+    monkeypatch.setattr(framer_module, "frame_length", counted)
     # Many would-be frames of unknown messages, one over the other, each with a good frame inside it.
     crafted = (b"\xfd\xfd\x00" * 75 + HEARTBEAT) * 260
     framer = Framer()
@@ -210,7 +212,7 @@ class ReferenceFramer(Framer):
         buffer = valid._buffer
         if codec.is_known(frame) or (end < len(buffer) and buffer[end] not in (0xFD, 0xFE)):
             return False
-        if any(codec._frame_starts(buffer[inner:], 0) for inner in range(start + 1, end)):
+        if any(framer_module._frame_starts(buffer[inner:], 0) for inner in range(start + 1, end)):
             return False
         self.unknown += 1
         return True

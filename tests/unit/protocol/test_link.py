@@ -23,7 +23,7 @@ def attitude(system=1, component=1, sequence=0):
 
 def framed(message, system, component, sequence):
     encoder = Encoder(system, component)
-    encoder._mav.seq = sequence
+    encoder.sequence = sequence
     return encoder.encode(message)
 
 

@@ -1,0 +1,180 @@
+"""How the fields of a message lie in its payload, as two functions written for each kind of message.
+
+pymavlink's message classes say all that is needed (struct format, order on the wire, lengths of arrays, text fields).
+pymavlink itself reads them anew for every message, field by field; here they are read once, the first time that a kind is
+met, and written out as straight code: one call of struct and one assignment a field.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from typing import Any, NamedTuple
+
+from mavquad.protocol.codec.dialect import Message, mavlink
+from mavquad.protocol.codec.frame import (
+    HEADER_V1,
+    MAGIC_V1,
+    SIGNATURE_LENGTH,
+    frame_sequence,
+    frame_source,
+    is_signed,
+)
+
+_OWN_DEFAULT = "mavlink_version"
+"""Not an extension, though pymavlink's constructor has a default for it as for those."""
+
+
+class Layout(NamedTuple):
+    """One kind of message."""
+
+    number: int
+    crc_extra: bytes
+    size: int
+    """Of the whole payload."""
+    base_size: int
+    """Of the payload without extension fields: all that MAVLink 1 knows."""
+    pack: Callable[[Message], bytes]
+    """The whole payload of a message."""
+    unpack: Callable[[bytes, bytes, int], Message]
+    """(frame, buffer, at): the message of a frame, its whole payload being in this buffer from there on."""
+
+
+class Received:
+    """What a decoded message knows of its frame. Worked out when asked for: hardly anybody asks.
+
+    The fields are pymavlink's own, and so are the methods, from its class for this kind of message.
+    """
+
+    _frame: bytes
+    _signed = False
+    _link_id = None
+    _instances = None
+
+    @cached_property
+    def _header(self) -> Any:
+        frame = self._frame
+        system_id, component_id = frame_source(frame)
+        flags = (0, 0) if frame[0] == MAGIC_V1 else (frame[2], frame[3])
+        return mavlink.MAVLink_header(
+            self.get_msgId(), *flags, frame[1], frame_sequence(frame), system_id, component_id
+        )
+
+    @cached_property
+    def _msgbuf(self) -> bytearray:
+        return bytearray(self._frame)
+
+    @cached_property
+    def _payload(self) -> bytearray:
+        """As pymavlink cuts it: from the end of a version 1 header on, whatever the version."""
+        return bytearray(self._frame[HEADER_V1 : self._crc_at])
+
+    @cached_property
+    def _crc(self) -> int:
+        return int.from_bytes(self._frame[self._crc_at :][:2], "little")
+
+    @property
+    def _crc_at(self) -> int:
+        return len(self._frame) - 2 - (SIGNATURE_LENGTH if is_signed(self._frame) else 0)
+
+    def get_msgId(self) -> int:  # noqa: N802 - pymavlink's name
+        """The message id; not `self.id`, which some messages have as a field."""
+        return int(type(self).id)  # type: ignore[attr-defined]
+
+
+def layout_of(kind: type[Message]) -> Layout:
+    """Read one of pymavlink's message classes."""
+    received = type(
+        kind.__name__,
+        (Received, kind),
+        {
+            "__module__": kind.__module__,
+            "_fieldnames": kind.fieldnames,
+            "_type": kind.msgname,
+            "_instance_field": kind.instance_field,
+            "_instance_offset": kind.instance_offset,
+        },
+    )
+    return Layout(
+        number=kind.id,
+        crc_extra=bytes((kind.crc_extra,)),
+        size=kind.unpacker.size,
+        base_size=_base_size(kind),
+        pack=_written_out(_packing(kind), "pack", {"bound": kind.unpacker.pack}),
+        unpack=_written_out(
+            _unpacking(kind),
+            "unpack",
+            {"bound": kind.unpacker.unpack_from, "new": received.__new__, "kind": received},
+        ),
+    )
+
+
+def _fields(kind: type[Message]) -> Iterator[tuple[str, int, bool]]:
+    """Name, length (0: no array) and whether it is a text, in the order on the wire."""
+    types = dict(zip(kind.fieldnames, kind.fieldtypes, strict=True))
+    for name, length, text_length in zip(kind.ordered_fieldnames, kind.lengths, kind.array_lengths, strict=True):
+        is_text = types[name] == "char"
+        yield name, 0 if is_text or not text_length else length, is_text
+
+
+def _base_size(kind: type[Message]) -> int:
+    """Extension fields are the last ones on the wire; pymavlink's constructors have defaults for them alone."""
+    defaults = kind.__init__.__defaults__ or ()
+    extensions = len(defaults) - (_OWN_DEFAULT in kind.fieldnames)
+    tokens = re.findall(r"\d*[a-zA-Z]", kind.unpacker.format)
+    return struct.calcsize("<" + "".join(tokens[: len(tokens) - extensions]))
+
+
+def _packing(kind: type[Message]) -> list[str]:
+    values = [
+        f"m._{name}_raw" if is_text else f"*m.{name}[:{length}]" if length else f"m.{name}"
+        for name, length, is_text in _fields(kind)
+    ]
+    return ["def pack(m):", f"    return bound({', '.join(values)})"]
+
+
+def _unpacking(kind: type[Message]) -> list[str]:
+    """As pymavlink's parser and constructors: texts lose their zeros at the end, and what follows a zero is not shown."""
+    lines = ["def unpack(frame, buffer, at):", "    m = new(kind)", "    m._frame = frame", "    v = bound(buffer, at)"]
+    at = 0
+    for name, length, is_text in _fields(kind):
+        if is_text:
+            lines += [
+                f"    m._{name}_raw = raw = v[{at}].rstrip(b'\\0')",
+                f"    m.{name} = raw.split(b'\\0', 1)[0].decode('ascii', errors='replace')",
+            ]
+        else:
+            lines.append(f"    m.{name} = " + (f"list(v[{at}:{at + length}])" if length else f"v[{at}]"))
+        at += length or 1
+    return [*lines, "    return m"]
+
+
+def _written_out(lines: list[str], name: str, scope: dict[str, Any]) -> Callable[..., Any]:
+    exec("\n".join(lines), scope)
+    written: Callable[..., Any] = scope[name]
+    return written
+
+
+class _ByNumber(dict[int, Layout | None]):
+    """By message id; None for one that the dialect does not know."""
+
+    def __missing__(self, number: int) -> Layout | None:
+        kind = mavlink.mavlink_map.get(number)
+        found = self[number] = None if kind is None else layout_of(kind)
+        return found
+
+
+class _ByKind(dict[type[Message], Layout]):
+    """By the class of a message, pymavlink's own or one of a decoded message."""
+
+    def __missing__(self, kind: type[Message]) -> Layout:
+        found = BY_NUMBER[kind.id]
+        assert found is not None
+        self[kind] = found
+        return found
+
+
+BY_NUMBER = _ByNumber()
+BY_KIND = _ByKind()

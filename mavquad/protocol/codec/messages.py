@@ -1,0 +1,80 @@
+"""Messages out of frames, and into frames."""
+
+from __future__ import annotations
+
+import struct
+
+from fastcrc.crc16 import mcrf4xx
+
+from mavquad.errors import InternalError
+from mavquad.protocol.codec.dialect import Message, mavlink
+from mavquad.protocol.codec.frame import HEADER_V1, HEADER_V2, MAGIC_V1, SIGNED, frame_length, message_id
+from mavquad.protocol.codec.layout import BY_KIND, BY_NUMBER
+
+_V1 = struct.Struct("<BBBBB")
+_V2 = struct.Struct("<BBBBBBHB")
+_START_V1, _START_V2 = b"\xfe", b"\xfd"
+_LAST_ID_V1 = 255
+
+
+def decode(frame: bytes) -> Message:
+    """The message in one whole, valid frame (as `Framer` hands out); its CRC and signature are not looked at again.
+
+    Raises:
+        InternalError: the frame is not whole; a caller must not pass one on.
+    """
+    if len(frame) < HEADER_V1 or frame_length(frame, 0) != len(frame):
+        raise InternalError("decode was given an invalid frame: it is not whole")
+    layout = BY_NUMBER[message_id(frame)]
+    if layout is None:
+        return mavlink.MAVLink_unknown(message_id(frame), bytearray(frame))
+    at = HEADER_V1 if frame[0] == MAGIC_V1 else HEADER_V2
+    if frame[1] >= layout.size:
+        return layout.unpack(frame, frame, at)
+    # Zeros at the end of a payload are not sent.
+    return layout.unpack(frame, frame[at : at + frame[1]].ljust(layout.size, b"\0"), 0)
+
+
+class Encoder:
+    """Packs messages of one sender, with its running sequence number.
+
+    Attributes:
+        version: of MAVLink, 1 or 2.
+        sequence: the number of the next frame, 0 to 255.
+    """
+
+    def __init__(self, system_id: int, component_id: int, version: int = 2) -> None:
+        self.version = version
+        self._source = (system_id, component_id)
+        self.sequence = 0
+
+    def encode(self, message: Message, signed: bool = False) -> bytes:
+        """The message as one frame. Version 2: zeros at the end of the payload are cut, but for the first byte.
+        Version 1: extension fields are left out.
+
+        Args:
+            message: what to pack.
+            signed: whether a signature will be put behind it; version 2.
+
+        Raises:
+            InternalError: version 1 has no such message.
+        """
+        layout = BY_KIND[type(message)]
+        payload = layout.pack(message)
+        if self.version == 1:
+            if layout.number > _LAST_ID_V1:
+                raise InternalError(f"MAVLink 1 has no message {layout.number}")
+            payload, start = payload[: layout.base_size], _START_V1
+            header = _V1.pack(len(payload), self.sequence, *self._source, layout.number)
+        else:
+            payload, start = payload.rstrip(b"\0") or payload[:1], _START_V2
+            flags, number = SIGNED if signed else 0, layout.number
+            header = _V2.pack(len(payload), flags, 0, self.sequence, *self._source, number & 0xFFFF, number >> 16)
+        self.sequence = (self.sequence + 1) % 256
+        body = header + payload
+        checksum: int = mcrf4xx(body + layout.crc_extra)
+        return start + body + checksum.to_bytes(2, "little")
+
+    def can_say(self, message: Message) -> bool:
+        """Whether this version has the message: version 1 ends at id 255."""
+        return self.version != 1 or BY_KIND[type(message)].number <= _LAST_ID_V1
