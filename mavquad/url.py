@@ -36,16 +36,24 @@ def parse_url(url: str) -> Address:
     kind, separator, rest = url.partition(":")
     if kind not in ("udp", "udpin", "udpout") or not separator:
         raise EndpointError(url, "not a connection string that can be used here", _EXAMPLES)
-    host, _, port_text = rest.removeprefix("//").rpartition(":")
+    return parse_place(url, rest, kind != "udpout", _EXAMPLES)
+
+
+def parse_place(url: str, place: str, listens: bool, examples: str) -> Address:
+    """The HOST:PORT, or //HOST:PORT, of a connection string; `examples` is the hint of what is wrong with it.
+
+    Raises:
+        EndpointError: with the reason and the hint.
+    """
+    host, _, port_text = place.removeprefix("//").rpartition(":")
     host = host.strip("[]")
     if not (port_text.isascii() and port_text.isdigit()):
-        raise EndpointError(url, f"{port_text!r} is not a port number", _EXAMPLES)
+        raise EndpointError(url, f"{port_text!r} is not a port number", examples)
     port = int(port_text)
-    listens = kind != "udpout"
     if not (0 if listens else 1) <= port <= 65535:
-        raise EndpointError(url, f"port {port} is out of range", _EXAMPLES)
+        raise EndpointError(url, f"port {port} is out of range", examples)
     if not host and not listens:
-        raise EndpointError(url, "a host to send to is missing", _EXAMPLES)
+        raise EndpointError(url, "a host to send to is missing", examples)
     return Address(listens, host or "0.0.0.0", port)
 
 

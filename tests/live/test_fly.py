@@ -130,7 +130,7 @@ def hung_up(folder: Path) -> Flight:
 
 
 def mock_killed(folder: Path) -> Flight:
-    with mock_vehicle("--listen", "udpin:127.0.0.1:0") as (mock, url):
+    with mock_vehicle("--endpoint", "udpin:127.0.0.1:0") as (mock, url):
         flight = under_the_law(folder, "--connect", url)
         mock.kill()
         flight.end()
@@ -142,7 +142,7 @@ def under_fire(folder: Path) -> Flight:
     port = free_port()
     arguments = ["fly", *PATIENT, *SHORT, "--connect", f"udpin:127.0.0.1:{port}", "--run-dir", "run"]
     flight = Flight(mavquad(*arguments, cwd=folder), folder / "run")
-    with mock_vehicle("--send", f"udpout:127.0.0.1:{port}"):
+    with mock_vehicle("--endpoint", f"udpout:127.0.0.1:{port}"):
         assert flight.until("identifying")
         forger = Encoder(1, 1)
         standby = mavlink.MAVLink_heartbeat_message(2, 12, 81, 3 << 16, 3, 3)

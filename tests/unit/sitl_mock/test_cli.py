@@ -3,21 +3,22 @@
 import pytest
 from typer.testing import CliRunner
 
-from mavquad.errors import ConfigError, EndpointError, InputError
+from mavquad.errors import ConfigError, InputError
 from mavquad.schema import parse_section
 from sitl_mock import cli
 from sitl_mock.config import MockConfig
+from sitl_mock.options import load_config, three_numbers
 
 
 def test_no_options_is_the_default_mock():
-    assert cli.load_config(None, "", "") == MockConfig()
+    assert load_config(None, {}) == MockConfig()
 
 
 @pytest.mark.parametrize("text", ["ready_s = 2.0\nfirmware = '1.16'\n", "[mock]\nready_s = 2.0\nfirmware = '1.16'\n"])
 def test_file_and_options(tmp_path, text):
     path = tmp_path / "mock.toml"
     path.write_text(text)
-    config = cli.load_config(path, "3,-2,0.5", "1.13")
+    config = load_config(path, {"wind_ned_m_s": three_numbers("--wind", "3,-2,0.5"), "firmware": "1.13"})
     assert (config.ready_s, config.firmware, config.wind_ned_m_s) == (2.0, "1.13", (3.0, -2.0, 0.5))
 
 
@@ -28,35 +29,19 @@ def test_bad_files_name_the_key(tmp_path, text, key):
     path = tmp_path / "bad.toml"
     path.write_text(text)
     with pytest.raises(ConfigError) as caught:
-        cli.load_config(path, "", "")
+        load_config(path, {})
     assert caught.value.key == key
 
 
 def test_missing_file(tmp_path):
     with pytest.raises(ConfigError, match="No such file"):
-        cli.load_config(tmp_path / "none.toml", "", "")
+        load_config(tmp_path / "none.toml", {})
 
 
 @pytest.mark.parametrize("wind", ["1,2", "a,b,c", "1,2,3,4"])
 def test_bad_wind(wind):
     with pytest.raises(InputError, match="not three numbers"):
-        cli.load_config(None, wind, "")
-
-
-def test_default_ports_are_px4s():
-    address, speak_to = cli.addresses("", "")
-    assert (address.listens, address.port, speak_to.port) == (True, 14580, 14540)
-
-
-def test_addresses():
-    assert cli.addresses("udpin:127.0.0.1:0", "")[0].port == 0
-    assert cli.addresses("", "udpout:127.0.0.1:5000")[0].listens is False
-    with pytest.raises(InputError):
-        cli.addresses("udpin:127.0.0.1:0", "udpout:127.0.0.1:5000")
-    with pytest.raises(EndpointError):
-        cli.addresses("udpout:127.0.0.1:5000", "")
-    with pytest.raises(EndpointError):
-        cli.addresses("", "udpin:127.0.0.1:5000")
+        three_numbers("--wind", wind)
 
 
 def test_errors_are_one_message_and_an_exit_code(capsys, monkeypatch):
@@ -88,4 +73,4 @@ def test_no_other_firmware(value):
 
 def test_help_names_the_options():
     shown = CliRunner().invoke(cli.app, ["--help"], env={"COLUMNS": "200"}).output
-    assert all(option in shown for option in ("--listen", "--send", "--seed", "--wind", "--firmware", "--announce"))
+    assert all(option in shown for option in ("--endpoint", "--seed", "--wind", "--firmware", "--announce"))
