@@ -59,6 +59,12 @@ def _show(console: Console, comparison: Comparison, details: bool) -> None:
     table.add_row(
         "events by itself", str(comparison.event_count), f"{len(events)} differ", escape("\n".join(map(str, events)))
     )
+    if not recording.is_cut:
+        _add_streams(table, comparison, details)
+    console.print(table)
+
+
+def _add_streams(table: Table, comparison: Comparison, details: bool) -> None:
     kinds = f"missing: {', '.join(comparison.missing_kinds) or 'none'}\nextra: {', '.join(comparison.extra_kinds) or 'none'}"
     table.add_row("kinds of messages", "", "", kinds)
     rates = [rate for rate in comparison.rates if details or not rate.agrees]
@@ -68,7 +74,6 @@ def _show(console: Console, comparison: Comparison, details: bool) -> None:
     lines = [f"{c.kind}.{c.field} {c.real}, mock {'varies' if c.mock is None else c.mock}" for c in fields]
     shown = "\n".join(lines) if details else f"{len(lines)} differ: --details" if len(lines) > 12 else "\n".join(lines)
     table.add_row("constant fields", str(len(comparison.constants)), _share(comparison.constants, "agrees"), shown)
-    console.print(table)
 
 
 def _share(items: list, attribute: str) -> str:
@@ -82,8 +87,10 @@ def _show_totals(console: Console, comparisons: list[Comparison]) -> None:
         table.add_row(
             comparison.recording.name[:60],
             *(_cell(counts, key) for key in ("exchanges", "excused", "same outcome", "identical")),
-            f"{_share(comparison.rates, 'agrees')} / {len(comparison.rates)}",
-            f"{_share(comparison.constants, 'agrees')} / {len(comparison.constants)}",
+            *(
+                f"{_share(part, 'agrees')} / {len(part)}" if part else "-"
+                for part in (comparison.rates, comparison.constants)
+            ),
         )
     counts = totals(comparisons)
     table.add_row("all", *(_cell(counts, key) for key in ("exchanges", "excused", "same outcome", "identical")), "", "")

@@ -85,9 +85,9 @@ class Comparison:
         return [compared for compared in self.exchanges if not compared.excused]
 
 
-def compare(recording: Recording) -> Comparison:
-    """Play a recording against the mock and hold the two side by side."""
-    mock = play(recording)
+def compare(recording: Recording, played: Recording | None = None) -> Comparison:
+    """Play a recording against the mock (or take it as played already) and hold the two side by side."""
+    mock = played or play(recording)
     theirs, ours = exchanges_of(recording), exchanges_of(mock)
     add_states(theirs, ours, heartbeats(recording), heartbeats(mock))
     missing, extra = unmatched(texts_of(recording), texts_of(mock))

@@ -33,13 +33,14 @@ class Recording:
     """One recording.
 
     Attributes:
-        name: of the file, without its ending.
+        name: short, of the file.
         autopilot: whose.
         firmware: its release as the mock names it, e.g. "1.16".
         boot_us: the vehicle's time since boot at the first record.
         client: the client's frames with their times, strictly increasing and on the grid of an `Endpoint`.
         vehicle: the vehicle's messages with their times.
         end_us: time of the last record.
+        is_cut: whether it holds exchanges alone, without the telemetry.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Recording:
     client: list[tuple[int, bytes]]
     vehicle: list[Timed]
     end_us: int
+    is_cut: bool
 
 
 def is_recording(path: Path) -> bool:
@@ -56,8 +58,13 @@ def is_recording(path: Path) -> bool:
     return _NAME.match(path.name) is not None and ".tlog" in path.suffixes
 
 
+def short_name(path: Path) -> str:
+    """The file's name without its ending and without what happens in it."""
+    return path.name.split(".tlog")[0].split("_")[0]
+
+
 def read(path: Path) -> Recording:
-    """Read a recording; `.gz` is unpacked."""
+    """Read a recording; one that is packed (`.gz`) was cut."""
     contents = scan(gzip.decompress(path.read_bytes())) if path.suffix == ".gz" else read_records(path)
     records = sorted(contents, key=lambda record: record.stamp_us)
     match = _NAME.match(path.name)
@@ -73,30 +80,41 @@ def read(path: Path) -> Recording:
         else:
             client.append((max(floor_to_grid_us(at_us), client[-1][0] + GRID_US if client else 0), record.frame))
     return Recording(
-        path.name.split(".tlog")[0],
+        short_name(path),
         "px4" if match[1].startswith("px4") else "ardupilot",
         match[2],
         start_us,
         client,
         vehicle,
         clock.boot_us(records[-1].stamp_us) - start_us,
+        path.suffix == ".gz",
     )
+
+
+def clock_of(records: list[Record]) -> list[Record]:
+    """The ATTITUDEs that tell the vehicle's clock: in each window of two seconds the one that was least delayed."""
+    best: dict[int, Record] = {}
+    for record in records:
+        if frame_source(record.frame) == VEHICLE and message_id(record.frame) == _ATTITUDE:
+            window = record.stamp_us // _CLOCK_WINDOW_US
+            if window not in best or _offset_us(record) < _offset_us(best[window]):
+                best[window] = record
+    return list(best.values())
+
+
+def _offset_us(record: Record) -> int:
+    return int(record.stamp_us - decode(record.frame).time_boot_ms * 1000)
 
 
 class _Clock:
     """Turns the recorder's stamps into the vehicle's time since boot."""
 
     def __init__(self, records: list[Record]) -> None:
-        least: dict[int, tuple[int, int]] = {}
-        for record in records:
-            if frame_source(record.frame) == VEHICLE and message_id(record.frame) == _ATTITUDE:
-                offset_us = record.stamp_us - decode(record.frame).time_boot_ms * 1000
-                window = record.stamp_us // _CLOCK_WINDOW_US
-                least[window] = min(least.get(window, (offset_us, record.stamp_us)), (offset_us, record.stamp_us))
-        if not least:
+        told = clock_of(records)
+        if not told:
             raise ValueError("no ATTITUDE in the recording: nothing tells the vehicle's clock")
-        self._stamps_us = [stamp_us for _, stamp_us in least.values()]
-        self._offsets_us = [offset_us for offset_us, _ in least.values()]
+        self._stamps_us = [record.stamp_us for record in told]
+        self._offsets_us = [_offset_us(record) for record in told]
 
     def boot_us(self, stamp_us: int) -> int:
         after = bisect.bisect(self._stamps_us, stamp_us)
