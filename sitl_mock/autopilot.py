@@ -1,20 +1,34 @@
-"""The mock autopilot as an Endpoint: the world and the autopilot's software, stepped every 4 ms of virtual time."""
+"""The mock autopilot as an Endpoint: the world and the autopilot's software, stepped every 4 ms of virtual time.
+
+Times are the world's, from its start; those of the software count from its last boot.
+"""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mavquad.endpoint import NEVER_US, floor_to_grid_us
-from mavquad.protocol.codec import decode, frame_source
+from mavquad.protocol.codec import Message, decode, frame_source, mavlink, message_id
 from sitl_mock.config import MockConfig
+from sitl_mock.config.faults import Deaf, Fault
+from sitl_mock.config.vehicle_faults import Die, Reboot
 from sitl_mock.geometry import Quaternion, Vec3, Vec4, to_euler
 from sitl_mock.personality import Personality
 from sitl_mock.personality.px4.personality import Px4
 from sitl_mock.plant import TICK_US
 from sitl_mock.port import Port, PortKind
+from sitl_mock.mishaps import MISHAPS
 from sitl_mock.script import Script
+from sitl_mock.signatures import signatures_of, signatures_set_up
+from sitl_mock.sensors import Estimate
+from sitl_mock.spoiler import Spoiler, Strangers
 from sitl_mock.world import TICK_S, World
+
+_OFF: Vec4 = (0.0, 0.0, 0.0, 0.0)
+_CRASH_SPEED_M_S = 3.0
+_AUTOPILOT_IDS: dict[str, int] = {"px4": mavlink.MAV_AUTOPILOT_PX4, "ardupilot": mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA}
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,12 +57,34 @@ class MockAutopilot:
     def __init__(self, config: MockConfig, seed: int, start_us: int, ports: Sequence[PortKind] = ("onboard",)) -> None:
         self._start_us = floor_to_grid_us(start_us)
         self._tick_us = self._start_us
+        self._config = config
         self._world = World(config, seed)
-        self._script = Script(config.faults)
-        self.ports = tuple(Port(kind, config.system_id) for kind in ports)
-        self._personality = _personality(config, self._script, self.ports, self._world)
-        self._motor_commands: Vec4 = (0.0, 0.0, 0.0, 0.0)
-        self._is_dead = False
+        self.script = Script(config.faults, self._start_us)
+        signatures = signatures_of(config.signing, len(ports))
+        self.ports = tuple(
+            Port(kind, config.system_id, signs, self._start_us) for kind, signs in zip(ports, signatures, strict=True)
+        )
+        self._motor_commands = _OFF
+        self._wakes_us = self._start_us
+        self._crashed_alone = False
+        self._boot(self._start_us)
+
+    def _boot(self, now_us: int) -> None:
+        """The software starts: it knows nothing of what was before, and its time begins."""
+        self._boot_us = now_us
+        self._is_down = False
+        for port in self.ports:
+            port.restart()
+        self._personality: Personality = _personality(self._config, self.script, self.ports, self._estimate())
+        strangers = Strangers(self._config.system_id, _AUTOPILOT_IDS[self._config.autopilot])
+        self._spoiler = Spoiler(self.script, self.ports, strangers)
+        if self.script.has_faults:
+            self._spoiler.install()
+
+    def fail(self, fault: Fault, now_us: int | None = None) -> None:
+        """One more fault; its times count from `now_us`, if given, instead of from its own moment."""
+        self.script.add(fault, now_us)
+        self._spoiler.install()
 
     @property
     def mode(self) -> str:
@@ -60,30 +96,91 @@ class MockAutopilot:
         """Whether the motors may turn."""
         return self._personality.armed
 
+    @property
+    def rejected(self) -> Counter[str]:
+        """Frames not taken for their signature, by what was wrong with it, of all ports."""
+        return sum((Counter(port.signatures.rejected) for port in self.ports if port.signatures), Counter())
+
     def receive(self, data: bytes, now_us: int, port: int = 0) -> None:
         """Take in one whole, valid frame."""
-        if not self._is_dead:
-            boot_us = now_us - self._start_us
-            self._personality.handle(decode(data), frame_source(data), self.ports[port], boot_us)
+        at = self.ports[port]
+        if self._is_down or not at.lets_in(data, now_us):
+            return
+        if self.script.has_faults:
+            self.script.now_us = now_us
+            if any(self.script.acting(Deaf)):
+                return
+        message = decode(data)
+        if message_id(data) == mavlink.MAVLINK_MSG_ID_SETUP_SIGNING:
+            self._set_up_signing(message)
+        else:
+            self._personality.handle(message, frame_source(data), at, now_us - self._boot_us)
+            if self.script.has_faults:
+                self._observe()
+
+    def _set_up_signing(self, message: Message) -> None:
+        """SETUP_SIGNING: ArduPilot takes it, PX4 does not know it."""
+        config = self._config
+        if config.autopilot == "ardupilot" and message.target_system == config.system_id and not self.armed:
+            for port, signs in zip(
+                self.ports, signatures_set_up(config.signing, len(self.ports), message), strict=True
+            ):
+                port.signatures = signs
 
     def next_deadline_us(self) -> int:
         """The next tick of the physics."""
-        return NEVER_US if self._is_dead else self._tick_us + TICK_US
+        is_over = self._wakes_us == NEVER_US and self._world.state.on_ground
+        return NEVER_US if is_over else self._tick_us + TICK_US
 
     def on_deadline(self, now_us: int) -> None:
         """One tick: the vehicle moves under the last motor commands, then is measured, controlled and reported."""
         self._tick_us = now_us
-        boot_us = now_us - self._start_us
-        if self._script.is_dead(boot_us):
-            self._is_dead = True
-            return
-        world = self._world
-        world.step(self._motor_commands, boot_us)
-        pilot = self._script.mode_change(boot_us)
-        if pilot is not None:
-            self._personality.pilot_selects(pilot)
-        self._motor_commands = self._personality.fly(world.state, world.estimate, boot_us, TICK_S)
+        for port in self.ports:
+            port.now_us = now_us
+        self._world.step(self._motor_commands, now_us - self._start_us)
+        if self.script.has_faults:
+            self._go_wrong(now_us)
+        if self._is_down:
+            if now_us < self._wakes_us:
+                self._notice_impact()
+                return
+            self._boot(now_us)
+        boot_us = now_us - self._boot_us
+        self._motor_commands = self._personality.fly(self._world.state, self._estimate(), boot_us, TICK_S)
+        if self.script.has_faults:
+            self._observe()
         self._personality.report(boot_us)
+
+    def _go_wrong(self, now_us: int) -> None:
+        """Let the faults of the script happen whose moment has come."""
+        self.script.now_us = now_us
+        for fault in self.script.happening():
+            if isinstance(fault, Die | Reboot):
+                self._go_down(now_us, None if isinstance(fault, Die) else fault.down_s)
+            elif not self._is_down:
+                MISHAPS[type(fault)](fault, self._world, self._personality, self._spoiler)
+        if not self._is_down:
+            self._spoiler.step()
+
+    def _go_down(self, now_us: int, down_s: float | None) -> None:
+        """The software stops, for ever or for a while; the motors with it."""
+        self._motor_commands = _OFF
+        self._is_down = True
+        self._wakes_us = NEVER_US if down_s is None else now_us + round(down_s * 1e6)
+
+    def _notice_impact(self) -> None:
+        impact = self._world.state.impact
+        if impact is not None and impact.speed_m_s > _CRASH_SPEED_M_S:
+            self._crashed_alone = True
+
+    def _observe(self) -> None:
+        personality = self._personality
+        self.script.observe(personality.mode, personality.armed, personality.landed)
+
+    def _estimate(self) -> Estimate:
+        """The estimate, stamped in the software's time."""
+        estimate, passed_us = self._world.estimate, self._boot_us - self._start_us
+        return replace(estimate, stamp_us=max(0, estimate.stamp_us - passed_us)) if passed_us else estimate
 
     def datagrams_to_send(self, port: int = 0) -> list[bytes]:
         """The frames made since the last call, each a datagram."""
@@ -99,13 +196,13 @@ class MockAutopilot:
             state.quaternion,
             to_euler(state.quaternion),
             state.rates_frd_rad_s,
-            personality.armed,
-            personality.landed,
-            personality.crashed,
+            personality.armed and not self._is_down,
+            state.on_ground if self._is_down else personality.landed,
+            personality.crashed or self._crashed_alone,
             personality.mode,
             self._motor_commands,
         )
 
 
-def _personality(config: MockConfig, script: Script, ports: tuple[Port, ...], world: World) -> Personality:
-    return Px4(config, script, ports, world.estimate)
+def _personality(config: MockConfig, script: Script, ports: tuple[Port, ...], estimate: Estimate) -> Personality:
+    return Px4(config, script, ports, estimate)

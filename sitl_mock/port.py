@@ -2,34 +2,73 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Literal
 
-from mavquad.protocol.codec import Encoder, Message
+from mavquad.protocol.codec import Encoder, Message, frame_version, mavlink, message_id
+from sitl_mock.signatures import Signatures
 
 PortKind = Literal["onboard", "gcs", "serial"]
 """PX4's link for companion computers, PX4's for ground stations, ArduPilot's serial ports."""
 
 AUTOPILOT_COMPONENT = 1
+_RADIO_STATUS = mavlink.MAVLINK_MSG_ID_RADIO_STATUS
 
 
 class Port:
-    """A link of the autopilot.
+    """A link of the autopilot. It answers in the version of MAVLink that it was last spoken to, and begins with 2.
 
     Attributes:
         kind: what the autopilot takes it for.
         frames: what is ready to be sent.
         ground_station_us: when a ground station's HEARTBEAT was last heard here, since boot.
+        spoil: what faults make of a message that is to be sent: itself, another one, or None for not now.
+        signatures: None: they are not looked at.
+        now_us: Unix time, for the signatures' timestamps.
     """
 
-    def __init__(self, kind: PortKind, system_id: int) -> None:
+    def __init__(self, kind: PortKind, system_id: int, signatures: Signatures | None = None, now_us: int = 0) -> None:
         self.kind = kind
         self.frames: list[bytes] = []
         self.ground_station_us: int | None = None
+        self.spoil: Callable[[Message], Message | None] | None = None
+        self.signatures = signatures
+        self.now_us = now_us
         self._encoder = Encoder(system_id, AUTOPILOT_COMPONENT)
 
+    def lets_in(self, frame: bytes, now_us: int) -> bool:
+        """Whether the autopilot takes this frame in."""
+        self.now_us = now_us
+        if self.signatures is not None and not self.signatures.lets_in(frame, now_us):
+            return False
+        # A radio's own report says nothing of who is behind it.
+        if message_id(frame) != _RADIO_STATUS:
+            self._encoder.version = frame_version(frame)
+        return True
+
     def send(self, message: Message) -> None:
-        """Pack a message, to be sent next."""
-        self.frames.append(self._encoder.encode(message))
+        """Send a message next, unless a fault makes something else of it."""
+        if self.spoil is not None:
+            message = self.spoil(message)
+        if message is not None:
+            self.send_as_is(message)
+
+    def send_as_is(self, message: Message) -> None:
+        """Pack a message, to be sent next. MAVLink 1 has no ids above 255: there, such a message is not sent."""
+        encoder, signatures = self._encoder, self.signatures
+        if encoder.version == 1:
+            if encoder.can_say(message):
+                self.frames.append(encoder.encode(message))
+        elif signatures is not None and signatures.signs:
+            self.frames.append(signatures.sign(encoder.encode(message, signed=True), self.now_us))
+        else:
+            self.frames.append(encoder.encode(message))
+
+    def restart(self) -> None:
+        """The autopilot boots again: nobody has been heard yet, sequence numbers start anew."""
+        self.frames = []
+        self.ground_station_us = None
+        self._encoder.version, self._encoder.sequence = 2, 0
 
     def take(self) -> list[bytes]:
         """What is ready to be sent; handed out once."""

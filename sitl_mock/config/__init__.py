@@ -10,6 +10,7 @@ from mavquad.schema import Section
 from sitl_mock.config.faults import Fault
 from sitl_mock.config.link import LinkConfig
 from sitl_mock.config.sensors import SensorsConfig, StreamsConfig
+from sitl_mock.config.signing import SigningConfig
 from sitl_mock.config.vehicle import VehicleConfig
 
 __all__ = ["ArduPilotRelease", "Autopilot", "Firmware", "MockConfig", "Px4Release"]
@@ -60,6 +61,8 @@ class MockConfig(Section):
     """Limits of the telemetry."""
     link: LinkConfig = LinkConfig()
     """The link to the far side."""
+    signing: SigningConfig = SigningConfig()
+    """Signatures of MAVLink 2 on its links."""
     faults: tuple[Fault, ...] = ()
     """Scripted faults."""
 
