@@ -15,14 +15,14 @@ from sitl_mock.config import MockConfig
 from sitl_mock.config.faults import Deaf, Fault
 from sitl_mock.config.vehicle_faults import Die, Reboot
 from sitl_mock.geometry import Quaternion, Vec3, Vec4, to_euler
+from sitl_mock.mishaps import MISHAPS
 from sitl_mock.personality import Personality
 from sitl_mock.personality.px4.personality import Px4
 from sitl_mock.plant import TICK_US
 from sitl_mock.port import Port, PortKind
-from sitl_mock.mishaps import MISHAPS
 from sitl_mock.script import Script
-from sitl_mock.signatures import signatures_of, signatures_set_up
 from sitl_mock.sensors import Estimate
+from sitl_mock.signatures import signatures_of, signatures_set_up
 from sitl_mock.spoiler import Spoiler, Strangers
 from sitl_mock.world import TICK_S, World
 

@@ -1,82 +1,132 @@
-"""Scripted faults of the autopilot itself: which of the configured faults act now. (The link's faults: `faults`.)"""
+"""The script of what goes wrong: which of the configured faults act now, and which happen now.
+
+Times are stamps of the mock's clock; each fault counts its own from a moment that the script watches for: the start, the
+first arming, the takeoff, the first entry into a mode.
+"""
 
 from __future__ import annotations
 
-from sitl_mock.config.faults import (
-    AckWithoutActing,
-    Die,
-    Fault,
-    ModeChange,
-    ModeName,
-    NanPose,
-    Refuse,
-    Silent,
-    StreamStops,
-    Timed,
-)
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import TypeVar
+
+from sitl_mock.config.fault_base import Moment, Window
+from sitl_mock.config.faults import AckWithoutActing, CommandFault, Fault, LateAnswer, Refuse
+from sitl_mock.config.link_faults import LinkFault
 
 _US_PER_S = 1_000_000
+_OFFBOARD_MODES = ("OFFBOARD", "GUIDED", "GUIDED_NOGPS")
+
+W = TypeVar("W", bound=Window)
+C = TypeVar("C", bound=CommandFault)
+
+
+@dataclass(slots=True)
+class Entry:
+    """A fault of the script.
+
+    Attributes:
+        number: its place in the script, from 0; its random stream is told by it.
+        origin_us: what its times count from; None before that moment.
+        times_left: how often it may still answer a command.
+    """
+
+    number: int
+    fault: Fault
+    origin_us: int | None
+    times_left: int = 0
+
+    def acts(self, now_us: int) -> bool:
+        """Whether a window is open."""
+        fault = self.fault
+        assert isinstance(fault, Window)
+        if self.origin_us is None:
+            return False
+        since_s = (now_us - self.origin_us) / _US_PER_S
+        return fault.from_s <= since_s < fault.from_s + fault.for_s
+
+    def has_come(self, now_us: int) -> bool:
+        """Whether a moment is reached."""
+        fault = self.fault
+        assert isinstance(fault, Moment)
+        return self.origin_us is not None and (now_us - self.origin_us) / _US_PER_S >= fault.at_s
 
 
 class Script:
-    """Answers 'is this fault acting?'; times count from boot or from the first entry into OFFBOARD."""
+    """The faults of one vehicle.
 
-    def __init__(self, faults: tuple[Fault, ...]) -> None:
-        self._windows = [fault for fault in faults if isinstance(fault, Silent | StreamStops | NanPose)]
-        self._deaths = [fault for fault in faults if isinstance(fault, Die)]
-        self._mode_changes = [fault for fault in faults if isinstance(fault, ModeChange)]
-        self._answers: list[tuple[Refuse | AckWithoutActing, list[int]]] = [
-            (fault, [fault.times]) for fault in faults if isinstance(fault, Refuse | AckWithoutActing)
-        ]
-        self._offboard_us: int | None = None
+    Attributes:
+        now_us: the vehicle's time, to be kept up to date while there are faults.
+        has_faults: whether there is anything in it at all.
+        link_faults: those of the link; the list stays the same object.
+    """
 
-    def offboard_entered(self, boot_us: int) -> None:
-        """Start the clock of the faults that count from OFFBOARD; later entries change nothing."""
-        if self._offboard_us is None:
-            self._offboard_us = boot_us
+    def __init__(self, faults: Iterable[Fault], start_us: int) -> None:
+        self.now_us = start_us
+        self.has_faults = False
+        self.link_faults: list[Entry] = []
+        self._windows: list[Entry] = []
+        self._moments: list[Entry] = []
+        self._count = 0
+        self._reached_us = {"boot": start_us}
+        for fault in faults:
+            self.add(fault)
 
-    def is_dead(self, boot_us: int) -> bool:
-        """Whether the autopilot has stopped for ever."""
-        return any(self._has_passed(fault, fault.at_s, boot_us) for fault in self._deaths)
+    def add(self, fault: Fault, origin_us: int | None = None) -> None:
+        """One more fault; its times count from `origin_us`, if given, instead of its own moment."""
+        origin_us = self._reached_us.get(fault.since) if origin_us is None else origin_us
+        entry = Entry(self._count, fault, origin_us, getattr(fault, "times", 0))
+        entries = self._moments if isinstance(fault, Moment) else self._windows
+        (self.link_faults if isinstance(fault, LinkFault) else entries).append(entry)
+        self._count += 1
+        self.has_faults = True
 
-    def is_silent(self, boot_us: int) -> bool:
-        """Whether nothing is sent now."""
-        return bool(self._windows) and any(isinstance(fault, Silent) for fault in self._acting(boot_us))
+    def observe(self, mode: str, armed: bool, landed: bool) -> None:
+        """Take notice of the moments that faults count from; each is the first of its kind."""
+        self._reach(mode)
+        if mode in _OFFBOARD_MODES:
+            self._reach("offboard")
+        if armed:
+            self._reach("armed")
+            if not landed:
+                self._reach("takeoff")
 
-    def has_nan_pose(self, boot_us: int) -> bool:
-        """Whether LOCAL_POSITION_NED carries NaN now."""
-        return bool(self._windows) and any(isinstance(fault, NanPose) for fault in self._acting(boot_us))
+    def _reach(self, name: str) -> None:
+        if name in self._reached_us:
+            return
+        self._reached_us[name] = self.now_us
+        for entry in (*self._windows, *self._moments, *self.link_faults):
+            if entry.origin_us is None and entry.fault.since == name:
+                entry.origin_us = self.now_us
 
-    def is_stopped(self, message: str, boot_us: int) -> bool:
-        """Whether this message is held back now."""
-        return bool(self._windows) and any(
-            isinstance(fault, StreamStops) and fault.message == message for fault in self._acting(boot_us)
-        )
+    def acting(self, kind: type[W]) -> Iterator[W]:
+        """The faults of a kind whose window is open."""
+        for entry in self._windows:
+            if isinstance(entry.fault, kind) and entry.acts(self.now_us):
+                yield entry.fault
 
-    def mode_change(self, boot_us: int) -> ModeName | None:
-        """The mode that the pilot selects now; each is handed out once."""
-        for fault in self._mode_changes:
-            if self._has_passed(fault, fault.at_s, boot_us):
-                self._mode_changes.remove(fault)
-                return fault.mode
-        return None
+    def happening(self) -> list[Fault]:
+        """The faults that happen now; each is handed out once."""
+        if not self._moments:
+            return []
+        due = [entry for entry in self._moments if entry.has_come(self.now_us)]
+        if due:
+            self._moments = [entry for entry in self._moments if entry not in due]
+        return [entry.fault for entry in due]
 
     def answer(self, command: int) -> Refuse | AckWithoutActing | None:
         """The fault that answers this command instead of the autopilot; uses up one of its times."""
-        for fault, left in self._answers:
-            if fault.command == command and left[0] > 0:
-                left[0] -= 1
+        return self._use_up(Refuse, command) or self._use_up(AckWithoutActing, command)
+
+    def late_us(self, command: int) -> int:
+        """How late the answer to this command is; uses up one of the fault's times."""
+        fault = self._use_up(LateAnswer, command)
+        return round(fault.late_s * _US_PER_S) if fault is not None else 0
+
+    def _use_up(self, kind: type[C], command: int) -> C | None:
+        for entry in self._windows:
+            fault = entry.fault
+            if isinstance(fault, kind) and fault.command == command and entry.times_left and entry.acts(self.now_us):
+                entry.times_left -= 1
                 return fault
         return None
-
-    def _acting(self, boot_us: int) -> list[Silent | StreamStops | NanPose]:
-        return [
-            fault
-            for fault in self._windows
-            if self._has_passed(fault, fault.from_s, boot_us)
-            and not self._has_passed(fault, fault.from_s + fault.for_s, boot_us)
-        ]
-
-    def _has_passed(self, fault: Timed, after_s: float, boot_us: int) -> bool:
-        origin_us = 0 if fault.since == "boot" else self._offboard_us
-        return origin_us is not None and boot_us - origin_us >= after_s * _US_PER_S

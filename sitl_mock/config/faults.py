@@ -1,122 +1,213 @@
-"""Scripted faults: one section a kind, told apart by their key `kind`."""
+"""Scripted faults: one section a kind, told apart by their key `kind`. Here those of the autopilot's dialogue, and all.
+
+A fault file is a TOML file with a table `[[fault]]` for each.
+"""
 
 from __future__ import annotations
 
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from mavquad.schema import Section
-from sitl_mock.config.numbers import NotNegative, Positive
-
-ModeName = Literal["POSCTL", "OFFBOARD", "AUTO.TAKEOFF", "AUTO.LOITER", "AUTO.LAND", "AUTO.RTL"]
-
-
-StreamName = Literal[
-    "HEARTBEAT",
-    "ATTITUDE",
-    "ATTITUDE_QUATERNION",
-    "LOCAL_POSITION_NED",
-    "GLOBAL_POSITION_INT",
-    "ATTITUDE_TARGET",
-    "SERVO_OUTPUT_RAW",
-    "TIMESYNC",
-    "SYS_STATUS",
-    "EXTENDED_SYS_STATE",
-    "SYSTEM_TIME",
-    "BATTERY_STATUS",
-    "HOME_POSITION",
-]
+from mavquad.errors import ConfigError
+from mavquad.schema import Section, parse_section
+from sitl_mock.config.fault_base import SINCE, Command, Duration, MessageName, Moment, Result, Times, Window, meant
+from sitl_mock.config.link_faults import Corrupt, Delay, Drop, Duplicate, Jitter, Reorder
+from sitl_mock.config.vehicle_faults import (
+    Die,
+    EstimatorReset,
+    GeofenceBreach,
+    LowBattery,
+    ModeChange,
+    PayloadDrop,
+    Reboot,
+    WeakRotor,
+)
 
 
-class Timed(Section):
-    """A scripted fault that starts at a moment."""
+class CommandFault(Window):
+    """A command is not answered as it should be."""
 
-    since: Literal["boot", "offboard"] = "boot"
-    """What `from_s` or `at_s` counts from: boot, or the first entry into OFFBOARD."""
+    command: Command
+    """The command: its number, or its name with or without MAV_CMD_."""
+    times: Times = 1_000_000
+    """How many times, before all is well again."""
 
 
-class Refuse(Section):
+class Refuse(CommandFault):
     """The autopilot refuses a command."""
 
     kind: Literal["refuse"]
     """Discriminates the fault."""
-    command: Annotated[int, Field(ge=0, le=65535)]
-    """MAV_CMD number."""
-    result: Annotated[int, Field(ge=0, le=9)] = 2
-    """MAV_RESULT of the answer (2: DENIED)."""
-    times: Annotated[int, Field(ge=1)] = 1_000_000
-    """How many times, before it is obeyed."""
+    result: Result = 2
+    """The answer: number or name of a MAV_RESULT (2: DENIED)."""
     text: Annotated[str, Field(max_length=50)] = ""
     """STATUSTEXT sent along, if any."""
 
 
-class AckWithoutActing(Section):
+class AckWithoutActing(CommandFault):
     """The autopilot acknowledges a command and does nothing."""
 
     kind: Literal["ack_without_acting"]
     """Discriminates the fault."""
-    command: Annotated[int, Field(ge=0, le=65535)]
-    """MAV_CMD number."""
-    times: Annotated[int, Field(ge=1)] = 1_000_000
-    """How many times, before it is obeyed."""
 
 
-class Silent(Timed):
+class LateAnswer(CommandFault):
+    """The autopilot obeys a command at once and answers late."""
+
+    kind: Literal["late_answer"]
+    """Discriminates the fault."""
+    late_s: Duration
+    """How late its COMMAND_ACK is in s."""
+
+
+class Silent(Window):
     """No telemetry and no answer for a while; the vehicle still listens."""
 
     kind: Literal["silent"]
     """Discriminates the fault."""
-    from_s: NotNegative
-    """Start in s."""
-    for_s: Positive
-    """Duration in s."""
 
 
-class StreamStops(Timed):
+class Deaf(Window):
+    """The vehicle hears nothing for a while; it still sends."""
+
+    kind: Literal["deaf"]
+    """Discriminates the fault."""
+
+
+class StreamStops(Window):
     """One message is not sent for a while."""
 
     kind: Literal["stream_stops"]
     """Discriminates the fault."""
-    message: StreamName
+    message: Annotated[MessageName, Field(min_length=1)]
     """Name of the message."""
-    from_s: NotNegative
-    """Start in s."""
-    for_s: Positive
-    """Duration in s."""
 
 
-class NanPose(Timed):
-    """LOCAL_POSITION_NED carries NaN for a while."""
+class NanPose(Window):
+    """LOCAL_POSITION_NED and ODOMETRY carry NaN for position and velocity for a while."""
 
     kind: Literal["nan_pose"]
     """Discriminates the fault."""
-    from_s: NotNegative
-    """Start in s."""
-    for_s: Positive
-    """Duration in s."""
 
 
-class Die(Timed):
-    """The autopilot neither sends nor obeys from then on, for ever."""
+class ClockJump(Moment):
+    """The time since boot jumps, as its messages tell it (time_boot_ms, time_usec, TIMESYNC); nothing else changes."""
 
-    kind: Literal["die"]
+    kind: Literal["clock_jump"]
     """Discriminates the fault."""
-    at_s: NotNegative
-    """Moment in s."""
+    jump_s: Annotated[float, Field(ge=-1e6, le=1e6)]
+    """How far in s, forwards or backwards; not to below 0."""
 
 
-class ModeChange(Timed):
-    """The pilot selects another mode."""
+class SecondVehicle(Window):
+    """Somebody else's HEARTBEAT and ATTITUDE arrive with our system and component id, sequence numbers of its own."""
 
-    kind: Literal["mode_change"]
+    kind: Literal["second_vehicle"]
     """Discriminates the fault."""
-    at_s: NotNegative
-    """Moment in s."""
-    mode: ModeName
-    """PX4's name of the mode."""
+    looks: Literal["twin", "forged"] = "twin"
+    """"twin": the same autopilot, disarmed; "forged": type GENERIC, autopilot INVALID, as recorded from an attack."""
+    mavlink: Literal[1, 2] = 2
+    """MAVLink version of its frames; the recorded attack used 1."""
+    heartbeat_hz: Annotated[float, Field(ge=0, le=250)] = 1.0
+    """Rate of its HEARTBEAT in Hz, 0 for none; the recorded attack: 170."""
+    attitude_hz: Annotated[float, Field(ge=0, le=250)] = 10.0
+    """Rate of its ATTITUDE in Hz, 0 for none."""
 
 
 Fault = Annotated[
-    Refuse | AckWithoutActing | Silent | StreamStops | NanPose | Die | ModeChange, Field(discriminator="kind")
+    Drop
+    | Delay
+    | Jitter
+    | Duplicate
+    | Reorder
+    | Corrupt
+    | Refuse
+    | AckWithoutActing
+    | LateAnswer
+    | Silent
+    | Deaf
+    | StreamStops
+    | NanPose
+    | ClockJump
+    | SecondVehicle
+    | ModeChange
+    | GeofenceBreach
+    | EstimatorReset
+    | LowBattery
+    | PayloadDrop
+    | WeakRotor
+    | Reboot
+    | Die,
+    Field(discriminator="kind"),
 ]
+
+
+class _FaultFile(Section):
+    """A fault file."""
+
+    fault: tuple[Fault, ...]
+    """The faults."""
+
+
+def load_faults(path: Path, autopilot: str | None = None) -> tuple[Fault, ...]:
+    """The faults of a fault file.
+
+    Args:
+        path: a TOML file with tables `[[fault]]`.
+        autopilot: whose modes may be named, "px4" or "ardupilot"; None for any.
+
+    Raises:
+        ConfigError: names the file, the entry's number and kind, the key, and what is allowed.
+    """
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigError(str(path), "", f"cannot be read ({(error.strerror or str(error)).lower()})") from None
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ConfigError(str(path), "", f"not a TOML file: {error}") from None
+    try:
+        faults = parse_section(_FaultFile, table, str(path)).fault
+    except ConfigError as error:
+        raise ConfigError(str(path), _place(error.key), error.reason) from None
+    for number, fault in enumerate(faults, 1):
+        key, reason = wrong_mode(fault, autopilot)
+        if key:
+            raise ConfigError(str(path), f"fault {number} ({fault.kind}): {key}", reason)
+    return faults
+
+
+def _place(key: str) -> str:
+    """`fault.1.refuse.command` as people count: `fault 2 (refuse): command`."""
+    parts = key.split(".")
+    if len(parts) < 2:
+        return key
+    kind = f" ({parts[2]})" if len(parts) > 2 else ""
+    rest = f": {'.'.join(parts[3:])}" if len(parts) > 3 else ""
+    return f"fault {int(parts[1]) + 1}{kind}{rest}"
+
+
+def wrong_mode(fault: Fault, autopilot: str | None) -> tuple[str, str]:
+    """(key, reason) of a mode or moment in a fault that the autopilot does not have; ("", "") if all is well."""
+    modes = mode_names(autopilot)
+    if isinstance(fault, ModeChange) and fault.mode not in modes:
+        return "mode", _no_such_mode(fault.mode, autopilot, modes)
+    if fault.since not in (*SINCE, *modes):
+        return "since", f"{_no_such_mode(fault.since, autopilot, modes)}, or {', '.join(SINCE)}"
+    return "", ""
+
+
+def _no_such_mode(name: str, autopilot: str | None, modes: Sequence[str]) -> str:
+    whose = f"{autopilot}'s modes" if autopilot else "the modes of px4 or ardupilot"
+    return f"{name!r} is none of {whose}{meant(name.upper(), modes)} They are: {', '.join(modes)}"
+
+
+def mode_names(autopilot: str | None) -> list[str]:
+    """The names of an autopilot's modes; None for those of all."""
+    # Here, since personalities are built on the configuration.
+    from sitl_mock.personality.px4.modes import Mode
+
+    return [mode.value for mode in Mode]

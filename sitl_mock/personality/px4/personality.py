@@ -105,14 +105,12 @@ class Px4:
                 self._send(port, mavlink.MAVLink_timesync_message(boot_us * 1000, message.ts1), boot_us)
         elif kind == "HEARTBEAT" and message.type == mavlink.MAV_TYPE_GCS:
             port.ground_station_us = boot_us
-        self._note_offboard(boot_us)
         self._send_texts(boot_us)
 
     def fly(self, truth: VehicleState, estimate: Estimate, boot_us: int, dt_s: float) -> Vec4:
         """One tick of commander and inner loops; the motor commands until the next one."""
         self._estimate = estimate
         self.commander.step(truth, estimate, self._controls.thrust_norm, boot_us)
-        self._note_offboard(boot_us)
         if not self.commander.armed:
             self._loops = inner_loops.LoopState(attitude_target=estimate.quaternion)
             self._controls = inner_loops.TorqueSetpoint(ZERO3, 0.0)
@@ -151,10 +149,6 @@ class Px4:
         systems = (self._config.system_id, 0) if allow_broadcast else (self._config.system_id,)
         return message.target_system in systems and message.target_component in (0, AUTOPILOT_COMPONENT)
 
-    def _note_offboard(self, boot_us: int) -> None:
-        if self.commander.mode is Mode.OFFBOARD:
-            self._script.offboard_entered(boot_us)
-
     def _picture(self, boot_us: int) -> telemetry.Picture:
         commander = self.commander
         return telemetry.Picture(
@@ -172,7 +166,6 @@ class Px4:
             self._attitude_thrust_norm,
             self._motors if commander.armed else None,
             commander.is_torque_control(),
-            self._script.has_nan_pose(boot_us),
         )
 
     def _send_by_id(self, port: Port, message_id: int, boot_us: int) -> bool:
@@ -206,8 +199,7 @@ class Px4:
         texts.clear()
 
     def _send(self, port: Port, message: Message, boot_us: int) -> None:
-        if not self._script.is_silent(boot_us) and not self._script.is_stopped(message.get_type(), boot_us):
-            port.send(message)
+        port.send(message)
 
 
 def _hears_ground_station(port: Port, boot_us: int) -> bool:

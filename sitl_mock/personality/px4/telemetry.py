@@ -33,7 +33,6 @@ _SERVOS_5_TO_8: dict[Px4Release, tuple[int, int, int, int]] = {
 _LEAST_THRUST = 0.001
 """What ATTITUDE_TARGET shows at rest, disarmed or armed, as recorded."""
 _EARTH_RADIUS_M = 6371000.0
-_NAN3 = (math.nan, math.nan, math.nan)
 _VERSION: dict[Px4Release, tuple[int, int]] = {
     "1.13": (17629952, 58623),
     "1.15": (17761535, 59647),
@@ -63,7 +62,6 @@ class Picture:
     attitude_thrust_norm: float
     motor_commands: Vec4 | None
     is_torque_control: bool = False
-    pose_is_nan: bool = False
 
 
 def heartbeat(picture: Picture) -> Message:
@@ -98,11 +96,11 @@ def attitude_quaternion(picture: Picture) -> Message:
 
 
 def local_position_ned(picture: Picture) -> Message:
-    """LOCAL_POSITION_NED of the same sample; NaN while that fault acts."""
+    """LOCAL_POSITION_NED of the same sample."""
     estimate = picture.estimate
-    position = _NAN3 if picture.pose_is_nan else estimate.position_ned_m
-    velocity = _NAN3 if picture.pose_is_nan else estimate.velocity_ned_m_s
-    return mavlink.MAVLink_local_position_ned_message(estimate.stamp_us // 1000, *position, *velocity)
+    return mavlink.MAVLink_local_position_ned_message(
+        estimate.stamp_us // 1000, *estimate.position_ned_m, *estimate.velocity_ned_m_s
+    )
 
 
 def global_position_int(picture: Picture) -> Message:

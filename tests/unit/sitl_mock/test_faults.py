@@ -10,6 +10,7 @@ from sitl_mock.autopilot import MockAutopilot
 from sitl_mock.config import MockConfig
 from sitl_mock.config.link import LinkConfig
 from sitl_mock.faults import ImpairedLink
+from sitl_mock.script import Script
 
 STEP_US = 10_000
 
@@ -17,7 +18,8 @@ STEP_US = 10_000
 class Echo:
     """Answers each frame at once and ticks every 4 ms; keeps when each call came."""
 
-    def __init__(self):
+    def __init__(self, *faults):
+        self.script = Script(faults, 0)
         self.inputs = []
         self.ticks = []
         self._out = []
