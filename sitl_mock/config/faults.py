@@ -172,7 +172,8 @@ def load_faults(path: Path, autopilot: str | None = None) -> tuple[Fault, ...]:
     try:
         faults = parse_section(_FaultFile, table, str(path)).fault
     except ConfigError as error:
-        raise ConfigError(str(path), _place(error.key), error.reason) from None
+        hint = "each fault is a table [[fault]]" if error.key.startswith("fault") and "." not in error.key else ""
+        raise ConfigError(str(path), _place(error.key), error.reason, hint) from None
     for number, fault in enumerate(faults, 1):
         key, reason = wrong_mode(fault, autopilot)
         if key:
@@ -194,20 +195,22 @@ def wrong_mode(fault: Fault, autopilot: str | None) -> tuple[str, str]:
     """(key, reason) of a mode or moment in a fault that the autopilot does not have; ("", "") if all is well."""
     modes = mode_names(autopilot)
     if isinstance(fault, ModeChange) and fault.mode not in modes:
-        return "mode", _no_such_mode(fault.mode, autopilot, modes)
+        return "mode", _unknown(fault.mode, modes, autopilot)
     if fault.since not in (*SINCE, *modes):
-        return "since", f"{_no_such_mode(fault.since, autopilot, modes)}, or {', '.join(SINCE)}"
+        return "since", _unknown(fault.since, [*SINCE, *modes], autopilot)
     return "", ""
 
 
-def _no_such_mode(name: str, autopilot: str | None, modes: Sequence[str]) -> str:
-    whose = f"{autopilot}'s modes" if autopilot else "the modes of px4 or ardupilot"
-    return f"{name!r} is none of {whose}{meant(name.upper(), modes)} They are: {', '.join(modes)}"
+def _unknown(name: str, known: Sequence[str], autopilot: str | None) -> str:
+    whose = f" of {autopilot}" if autopilot else ""
+    return f"no such mode{whose}: {name!r}{meant(name, known) or ';'} allowed here: {', '.join(known)}"
 
 
 def mode_names(autopilot: str | None) -> list[str]:
     """The names of an autopilot's modes; None for those of all."""
     # Here, since personalities are built on the configuration.
-    from sitl_mock.personality.px4.modes import Mode
+    from sitl_mock.personality.ardupilot.modes import Mode as ArduPilotMode
+    from sitl_mock.personality.px4.modes import Mode as Px4Mode
 
-    return [mode.value for mode in Mode]
+    px4, ardupilot = [mode.value for mode in Px4Mode], [mode.name for mode in ArduPilotMode]
+    return {"px4": px4, "ardupilot": ardupilot}.get(autopilot or "", sorted({*px4, *ardupilot}))
