@@ -39,8 +39,7 @@ class Lockstep:
 
     def step(self) -> None:
         """Move on to the next deadline of either end and carry over what it sends."""
-        near_us = self.near.endpoint.next_deadline_us()
-        far_us = self.far.endpoint.next_deadline_us()
+        near_us, far_us = self.near.deadline_us, self.far.deadline_us
         self.now_us = max(self.now_us, min(near_us, far_us))
         assert self.now_us < NEVER_US, "both ends wait for ever"
         (self.far if far_us <= near_us else self.near).advance(self.now_us)
@@ -52,11 +51,12 @@ class Lockstep:
         self._carry()
 
     def _carry(self) -> None:
-        while self._to_near or self._to_far:
-            if self._to_near:
-                self.near.datagram(self._to_near.popleft(), self.now_us)
+        to_near, to_far = self._to_near, self._to_far
+        while to_near or to_far:
+            if to_near:
+                self.near.datagram(to_near.popleft(), self.now_us)
             else:
-                self.far.datagram(self._to_far.popleft(), self.now_us)
+                self.far.datagram(to_far.popleft(), self.now_us)
 
     def end(self) -> None:
         """Record the end."""

@@ -29,6 +29,7 @@ class Runner:
     Attributes:
         framer: cuts what arrives into frames; counts what is not one.
         last_us: stamp of the last input.
+        deadline_us: the endpoint's next deadline. It is asked for again when the endpoint has acted, and not before.
         strangers: datagrams that the driver refused, since they are not the peer's.
     """
 
@@ -39,6 +40,7 @@ class Runner:
         self.framer = Framer()
         self.strangers = 0
         self.last_us = floor_to_grid_us(start_us)
+        self.deadline_us = endpoint.next_deadline_us()
         self._reached_us = self.last_us
         self._send = send
         self._recorder = recorder
@@ -47,9 +49,13 @@ class Runner:
 
     def advance(self, now_us: int) -> None:
         """Let time pass up to `now_us`."""
-        self._reached_us = max(self._reached_us, floor_to_grid_us(now_us))
-        for stamp_us, datagram in advance(self.endpoint, floor_to_grid_us(now_us)):
-            self._out(stamp_us, datagram)
+        now_us = floor_to_grid_us(now_us)
+        if now_us > self._reached_us:
+            self._reached_us = now_us
+        if self.deadline_us <= now_us:
+            for stamp_us, datagram in advance(self.endpoint, now_us):
+                self._out(stamp_us, datagram)
+            self.deadline_us = self.endpoint.next_deadline_us()
 
     def datagram(self, data: bytes, now_us: int) -> None:
         """Take in what a transport delivered."""
@@ -93,6 +99,7 @@ class Runner:
     def _drain(self, stamp_us: int) -> None:
         for datagram in self.endpoint.datagrams_to_send():
             self._out(stamp_us, datagram)
+        self.deadline_us = self.endpoint.next_deadline_us()
 
     def _out(self, stamp_us: int, datagram: bytes) -> None:
         if self._recorder is not None:
