@@ -208,9 +208,13 @@ def _unknown(name: str, known: Sequence[str], autopilot: str | None) -> str:
 
 def mode_names(autopilot: str | None) -> list[str]:
     """The names of an autopilot's modes; None for those of all."""
-    # Here, since personalities are built on the configuration.
-    from sitl_mock.personality.ardupilot.modes import Mode as ArduPilotMode
-    from sitl_mock.personality.px4.modes import Mode as Px4Mode
+    # Imported here, since personalities are built on the configuration.
+    if autopilot == "px4":
+        from sitl_mock.personality.px4 import modes as px4
 
-    px4, ardupilot = [mode.value for mode in Px4Mode], [mode.name for mode in ArduPilotMode]
-    return {"px4": px4, "ardupilot": ardupilot}.get(autopilot or "", sorted({*px4, *ardupilot}))
+        return [mode.value for mode in px4.Mode]
+    if autopilot == "ardupilot":
+        from sitl_mock.personality.ardupilot import modes as copter
+
+        return [mode.name for mode in copter.Mode]
+    return sorted({*mode_names("px4"), *mode_names("ardupilot")})
