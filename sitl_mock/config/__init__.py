@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, model_validator
 
 from mavquad.schema import Section
-from sitl_mock.config.faults import Fault
+from sitl_mock.config.faults import Fault, wrong_mode
 from sitl_mock.config.link import LinkConfig
 from sitl_mock.config.sensors import SensorsConfig, StreamsConfig
 from sitl_mock.config.signing import SigningConfig
@@ -71,6 +71,14 @@ class MockConfig(Section):
         releases = _PX4_RELEASES if self.autopilot == "px4" else _ARDUPILOT_RELEASES
         if self.firmware not in releases:
             raise ValueError(f"firmware {self.firmware} is none of {self.autopilot}'s: {', '.join(releases)}")
+        return self
+
+    @model_validator(mode="after")
+    def _modes_exist(self) -> Self:
+        for number, fault in enumerate(self.faults):
+            key, reason = wrong_mode(fault, self.autopilot)
+            if key:
+                raise ValueError(f"faults.{number}.{fault.kind}.{key}: {reason}")
         return self
 
     @property
