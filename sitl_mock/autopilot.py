@@ -17,6 +17,7 @@ from sitl_mock.config.vehicle_faults import Die, Reboot
 from sitl_mock.geometry import Quaternion, Vec3, Vec4, to_euler
 from sitl_mock.mishaps import MISHAPS
 from sitl_mock.personality import Personality
+from sitl_mock.personality.ardupilot.personality import ArduCopter
 from sitl_mock.personality.px4.personality import Px4
 from sitl_mock.plant import TICK_US
 from sitl_mock.port import Port, PortKind
@@ -205,4 +206,5 @@ class MockAutopilot:
 
 
 def _personality(config: MockConfig, script: Script, ports: tuple[Port, ...], estimate: Estimate) -> Personality:
-    return Px4(config, script, ports, estimate)
+    kind = ArduCopter if config.autopilot == "ardupilot" else Px4
+    return kind(config, script, ports, estimate)

@@ -1,0 +1,165 @@
+"""ArduCopter's answers to commands: COMMAND_LONG, COMMAND_INT and SET_MODE, with their COMMAND_ACK."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Protocol
+
+from mavquad.protocol.codec import Message, mavlink
+from sitl_mock.config.faults import Refuse
+from sitl_mock.personality import Sender
+from sitl_mock.personality.ardupilot.copter import ACCEPTED, CRITICAL, FAILED, INFO, Copter
+from sitl_mock.personality.ardupilot.modes import Mode
+from sitl_mock.personality.ardupilot.parameters import Parameters
+from sitl_mock.personality.ardupilot.streams import KNOWN, LEAST_INTERVAL_MS, Streams
+from sitl_mock.port import Port
+from sitl_mock.script import Script
+
+Params = tuple[float, float, float, float, float, float, float]
+
+DENIED: int = mavlink.MAV_RESULT_DENIED
+UNSUPPORTED: int = mavlink.MAV_RESULT_UNSUPPORTED
+_FORCE_DISARM = 21196
+_FORCE_ARM = 2989
+_CUSTOM_MODE_FLAG = 1
+_MOST = 2**31 - 1
+_VERSION = mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION
+_HOME = mavlink.MAVLINK_MSG_ID_HOME_POSITION
+_SET_MODE_MESSAGE = mavlink.MAVLINK_MSG_ID_SET_MODE
+"""The old SET_MODE is acknowledged under its message id, which is no command."""
+
+
+class Telemetry(Protocol):
+    """What a command may ask of the telemetry."""
+
+    def streams(self, port: Port) -> Streams:
+        """The intervals in force on a port."""
+
+    def request(self, port: Port, message_id: int) -> bool:
+        """Send a message once, after the ACK; False if the mock has none of that id."""
+
+
+class Commands:
+    """Obeys commands."""
+
+    def __init__(
+        self, system_id: int, copter: Copter, params: Parameters, script: Script, telemetry: Telemetry
+    ) -> None:
+        self._system_id = system_id
+        self._copter = copter
+        self._params = params
+        self._script = script
+        self._telemetry = telemetry
+        self._handlers: dict[int, Callable[[Params, Port, int], int]] = {
+            mavlink.MAV_CMD_DO_SET_MODE: self._set_mode,
+            mavlink.MAV_CMD_COMPONENT_ARM_DISARM: self._arm,
+            mavlink.MAV_CMD_NAV_TAKEOFF: self._take_off,
+            mavlink.MAV_CMD_NAV_LAND: lambda _p, _port, now: self._copter.request_mode(Mode.LAND, now),
+            mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: lambda _p, _port, now: self._copter.request_mode(Mode.RTL, now),
+            mavlink.MAV_CMD_NAV_LOITER_UNLIM: lambda _p, _port, now: self._copter.request_mode(Mode.LOITER, now),
+            mavlink.MAV_CMD_SET_MESSAGE_INTERVAL: self._set_interval,
+            mavlink.MAV_CMD_GET_MESSAGE_INTERVAL: self._get_interval,
+            mavlink.MAV_CMD_REQUEST_MESSAGE: self._request_message,
+            mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: self._request_version,
+            mavlink.MAV_CMD_GET_HOME_POSITION: self._request_home,
+            mavlink.MAV_CMD_DO_FLIGHTTERMINATION: self._terminate,
+            mavlink.MAV_CMD_DO_FENCE_ENABLE: self._enable_fence,
+        }
+
+    def answer(self, message: Message, sender: Sender, port: Port, boot_us: int) -> list[Message]:
+        """Obey a command message; the COMMAND_ACKs to send for it. Another system's gets none."""
+        if message.get_type() == "SET_MODE":
+            if message.target_system != self._system_id:
+                return []
+            result = self._set_mode((message.base_mode, message.custom_mode, 0, 0, 0, 0, 0), port, boot_us)
+            return [_ack(_SET_MODE_MESSAGE, result, sender)]
+        if message.target_system not in (self._system_id, 0):
+            return []
+        command = int(message.command)
+        scripted = self._script.answer(command)
+        if isinstance(scripted, Refuse):
+            if scripted.text:
+                self._copter.texts.append((CRITICAL, scripted.text))
+            return [_ack(command, scripted.result, sender)]
+        if scripted is not None:
+            return [_ack(command, ACCEPTED, sender)]
+        handler = self._handlers.get(command)
+        result = UNSUPPORTED if handler is None else handler(_params_of(message), port, boot_us)
+        return [_ack(command, result, sender)]
+
+    def _set_mode(self, params: Params, port: Port, boot_us: int) -> int:
+        if not _whole(params[0]) & _CUSTOM_MODE_FLAG:
+            return DENIED
+        return self._copter.request_mode(_whole(params[1]), boot_us)
+
+    def _arm(self, params: Params, port: Port, boot_us: int) -> int:
+        if params[0] == 1:
+            return self._copter.arm(boot_us, forced=params[1] == _FORCE_ARM)
+        if params[0] == 0:
+            return self._copter.disarm(forced=params[1] == _FORCE_DISARM)
+        return UNSUPPORTED
+
+    def _take_off(self, params: Params, port: Port, boot_us: int) -> int:
+        return self._copter.take_off(params[6], boot_us)
+
+    def _set_interval(self, params: Params, port: Port, boot_us: int) -> int:
+        message_id = _whole(params[0])
+        if message_id not in KNOWN:
+            self._copter.texts.append((INFO, f"No ap_message for mavlink id ({message_id})"))
+            return DENIED
+        asked_us = params[1] if math.isfinite(params[1]) else 0.0
+        interval_ms = int(min(asked_us, _MOST) // 1000)
+        if asked_us > 0 and interval_ms < LEAST_INTERVAL_MS:
+            text = f"Requested rate for message ID {message_id} too fast. Increase SCHED_LOOP_RATE"
+            self._copter.texts.append((INFO, text))
+            return DENIED
+        default_ms = 1000 if asked_us == 0 and message_id == mavlink.MAVLINK_MSG_ID_HEARTBEAT else 0
+        self._telemetry.streams(port).set_interval_ms(message_id, interval_ms or default_ms, boot_us)
+        return ACCEPTED
+
+    def _get_interval(self, params: Params, port: Port, boot_us: int) -> int:
+        message_id = _whole(params[0])
+        is_known = message_id in KNOWN
+        interval_us = self._telemetry.streams(port).interval_us(message_id) or -1 if is_known else 0
+        port.send(mavlink.MAVLink_message_interval_message(message_id & 0xFFFF, interval_us))
+        return ACCEPTED if is_known else FAILED
+
+    def _request_message(self, params: Params, port: Port, boot_us: int) -> int:
+        return ACCEPTED if self._telemetry.request(port, _whole(params[0])) else FAILED
+
+    def _request_version(self, params: Params, port: Port, boot_us: int) -> int:
+        return self._request_message((_VERSION, 0, 0, 0, 0, 0, 0), port, boot_us)
+
+    def _request_home(self, params: Params, port: Port, boot_us: int) -> int:
+        if not self._copter.has_home:
+            return FAILED
+        return self._request_message((_HOME, 0, 0, 0, 0, 0, 0), port, boot_us)
+
+    def _terminate(self, params: Params, port: Port, boot_us: int) -> int:
+        if not params[0] > 0.5:
+            return FAILED
+        self._copter.stop_motors()
+        return ACCEPTED
+
+    def _enable_fence(self, params: Params, port: Port, boot_us: int) -> int:
+        if params[0] not in (0, 1):
+            return FAILED
+        self._params.set("FENCE_ENABLE", params[0])
+        return ACCEPTED
+
+
+def _params_of(message: Message) -> Params:
+    p = message
+    if message.get_type() == "COMMAND_INT":
+        return (p.param1, p.param2, p.param3, p.param4, p.x, p.y, p.z)
+    return (p.param1, p.param2, p.param3, p.param4, p.param5, p.param6, p.param7)
+
+
+def _whole(value: float) -> int:
+    """A parameter as a whole number; NaN and infinity are 0."""
+    return int(max(-_MOST, min(_MOST, value))) if math.isfinite(value) else 0
+
+
+def _ack(command: int, result: int, sender: Sender) -> Message:
+    return mavlink.MAVLink_command_ack_message(command, result, 0, 0, sender[0], sender[1])
