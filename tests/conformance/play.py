@@ -17,7 +17,7 @@ from tests.conformance.recording import Recording
 
 START_US = 1_700_000_000_000_000
 _COLD_US = 1_000_000
-_READY_S = {"1.13": 9.2, "1.15": 38.0, "1.16": 4.5}
+_READY_S = {"1.13": 9.2, "1.15": 38.0, "1.16": 4.5, "4.7": 42.5}
 _BEFORE_US = {"px4": 25_000_000, "ardupilot": 45_000_000}
 _MODE_US = {"px4": 11_000_000, "ardupilot": 43_000_000}
 _ASKED_EARLIER = {
@@ -47,9 +47,12 @@ def play(recording: Recording, seed: int = 1) -> Recording:
 
 
 def _config(recording: Recording) -> MockConfig:
-    keys: dict[str, object] = {"autopilot": recording.autopilot, "firmware": recording.firmware, "com_rcl_except": 0}
-    if recording.autopilot == "px4":
-        keys["ready_s"] = _READY_S[recording.firmware]
+    keys: dict[str, object] = {
+        "autopilot": recording.autopilot,
+        "firmware": recording.firmware,
+        "com_rcl_except": 0,
+        "ready_s": _READY_S[recording.firmware],
+    }
     return parse_section(MockConfig, keys, "conformance")
 
 
