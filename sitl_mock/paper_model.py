@@ -18,7 +18,7 @@ import math
 from dataclasses import dataclass
 
 from sitl_mock.geometry import ZERO3, Quaternion, Vec3, Vec4, from_euler
-from sitl_mock.plant import Impact, VehicleParams, VehicleState
+from sitl_mock.plant import TICK_S, Impact, VehicleParams, VehicleState
 from sitl_mock.quadcopter import FLIPPED_RAD
 
 _PAPER_ROTOR_OF_PX4_MOTOR = (0, 2, 1, 3)
@@ -77,12 +77,20 @@ def step(params: VehicleParams, state: PaperState, motor_commands: Vec4, wind_ne
     end = _lag(params, state.rotors, commands, dt_s)
     weight_n = params.mass_kg * params.gravity_m_s2
     upright = math.cos(state.roll_pitch_yaw_rad[0]) * math.cos(state.roll_pitch_yaw_rad[1])
-    if state.on_ground and sum(end) * params.motor_thrust_max_n * upright <= weight_n:
+    if state.on_ground and sum(_forces(params, end)) * upright <= weight_n:
         return _at_rest(state.position_nwu_m, state.roll_pitch_yaw_rad, end, None)
     flown = _runge_kutta(params, state, (state.rotors, middle, middle, end), wind_ned_m_s, dt_s)
     if flown.position_nwu_m[2] <= 0.0 and flown.velocity_nwu_m_s[2] <= 0.0:
         return _touch_down(flown)
     return flown
+
+
+def _forces(params: VehicleParams, rotors: Vec4) -> Vec4:
+    """Force of each rotor in N, paper's order."""
+    a, b, c, d = rotors
+    f1, f3, f2, f4 = params.rotor_strengths
+    full = params.motor_thrust_max_n
+    return (full * f1 * a, full * f2 * b, full * f3 * c, full * f4 * d)
 
 
 def _lag(params: VehicleParams, rotors: Vec4, commands: tuple[float, ...], dt_s: float) -> Vec4:
@@ -108,9 +116,8 @@ def _runge_kutta(
     )
 
     def rate(y: tuple[float, ...], rotors: Vec4) -> tuple[float, ...]:
-        f1, f2, f3, f4 = (level * params.motor_thrust_max_n for level in rotors)
         v, w = (y[6], y[7], y[8]), (y[9], y[10], y[11])
-        linear, angular = accelerations(params, v, (y[3], y[4], y[5]), w, (f1, f2, f3, f4), wind_nwu)
+        linear, angular = accelerations(params, v, (y[3], y[4], y[5]), w, _forces(params, rotors), wind_nwu)
         return (*v, *w, *linear, *angular)
 
     def moved(k: tuple[float, ...], h: float) -> tuple[float, ...]:
@@ -162,9 +169,10 @@ def to_vehicle_state(state: PaperState) -> VehicleState:
 class PaperModel:
     """The paper's model as a `Plant`."""
 
-    def __init__(self, params: VehicleParams, state: PaperState | None = None) -> None:
+    def __init__(self, params: VehicleParams, state: PaperState | None = None, dt_s: float = TICK_S) -> None:
         self._params = params
         self._own = state or PaperState()
+        self._dt_s = dt_s
         self._state = to_vehicle_state(self._own)
 
     @property
@@ -172,7 +180,16 @@ class PaperModel:
         """The true state now, in NED and FRD."""
         return self._state
 
-    def step(self, motor_commands: Vec4, wind_ned_m_s: Vec3, dt_s: float) -> None:
-        """Let `dt_s` pass."""
-        self._own = step(self._params, self._own, motor_commands, wind_ned_m_s, dt_s)
-        self._state = to_vehicle_state(self._own)
+    def step(self, motor_commands: Vec4, wind_ned_m_s: Vec3) -> None:
+        """Let one tick pass."""
+        self._own = step(self._params, self._own, motor_commands, wind_ned_m_s, self._dt_s)
+        seen = to_vehicle_state(self._own)
+        if not seen.on_ground:
+            pairs = zip(self._state.velocity_ned_m_s, seen.velocity_ned_m_s, strict=True)
+            an, ae, ad = ((after - before) / self._dt_s for before, after in pairs)
+            seen = seen._replace(acceleration_ned_m_s2=(an, ae, ad))
+        self._state = seen
+
+    def change(self, params: VehicleParams) -> None:
+        """From now on it has these constants."""
+        self._params = params

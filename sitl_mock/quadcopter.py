@@ -1,185 +1,170 @@
-"""A rigid-body quadcopter: 6 degrees of freedom, rotor lag, drag, wind, a ground plane. Pure functions.
+"""A rigid-body quadcopter: 6 degrees of freedom, rotor lag, thrust curve, drag, wind, a ground plane.
 
-World NED, body FRD, unit quaternion FRD to NED. With u_i the motor levels (PX4's quad-X order, see `plant`), v the
-velocity, v_w the wind, w the body rates:
+World NED, body FRD, unit quaternion q from FRD to NED. With u_i the motor levels, T_i the rotors' thrusts, T their sum,
+v the velocity, v_w the wind, w the body rates, s_i the strengths and e the thrust curve:
 
-    m v'  = R [0, 0, -T_max sum u_i] + m g e3 - k_v (v - v_w)
-    J w'  = M - w x J w - k_w w
-    M     = [l T_max (-u1+u2+u3-u4),  l T_max (u1-u2+u3-u4),  Q_max (u1+u2-u3-u4)]
-    u_i'  = (command_i - u_i) / tau
+    T_i   = s_i T_max ((1 - e) u_i + e u_i^2),      u_i' = (command_i - u_i) / tau
+    m v'  = -T R e3 + m g e3 - (k_v + k_2 |v - v_w| + k_r sqrt(T / m g)) (v - v_w)
+    J w'  = M - w x J w - k_w w,                    q' = q (0, w) / 2
+    M     = [l (-T1+T2+T3-T4),  l (T1-T2+T3-T4),  Q_max/T_max (T1+T2-T3-T4)]     frame "x"
+    M     = [l (-T1+T2),        l (T3-T4),        Q_max/T_max (T1+T2-T3-T4)]     frame "plus"
 
-Source: PX4's SIH simulator (equations and numbers); SIH itself has no wind. The lag is discretised exactly, the rest
-is integrated with the classical Runge-Kutta method (RK4), which sees the lag's exact values at its stages.
+Source: PX4's SIH simulator (equations and numbers), which has e = k_2 = k_r = 0 and no wind; ArduPilot's SIM_Frame for
+the curve and the other drags, there along each axis of the body.
+
+One step of h is of second order, and takes each force once, at the mean of the levels over the step, which for the lag
+is exact: the rates go by the midpoint rule; the attitude turns by exp(h w_mid / 2); the velocity goes with the thrust
+along the mean of R e3 before and after, implicit in the drag (trapezoid), whose speed in the middle is foretold from
+the step before; the position by the trapezoid. The tests state how far that is from RK4 in steps of 1 ms.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
 
-from sitl_mock.geometry import ZERO3, Quaternion, Vec3, Vec4, from_euler, normalised, tilt_rad, yaw_of
-from sitl_mock.plant import Impact, VehicleParams, VehicleState
+from sitl_mock.geometry import ZERO3, Vec3, Vec4, down_axis, from_euler, tilt_rad, turned, yaw_of
+from sitl_mock.plant import TICK_S, Impact, VehicleParams, VehicleState
 
 FLIPPED_RAD = math.radians(60.0)
 """A vehicle that comes down with more tilt stays lying on its side or back."""
-
-Motion = tuple[float, float, float, float, float, float, float, float, float, float]
-"""Velocity NED (m/s), quaternion, body rates FRD (rad/s), flat; or the time derivative of these."""
+_STILL: Vec4 = (0.0, 0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True, slots=True)
-class Wrench:
-    """Thrust (N, along -z of the body) and moments (Nm, FRD)."""
+def lag_shares(time_constant_s: float, dt_s: float) -> tuple[float, float]:
+    """What is left of a first-order lag's first distance: in the mean over a step, and at its end; (0, 0) without lag.
 
-    thrust_n: float
-    moment_nm: Vec3
-
-
-def wrench(params: VehicleParams, motors: Vec4) -> Wrench:
-    """What the four motors at these levels do to the body."""
-    u1, u2, u3, u4 = motors
-    lever = params.arm_m * params.motor_thrust_max_n
-    return Wrench(
-        params.motor_thrust_max_n * (u1 + u2 + u3 + u4),
-        (
-            lever * (-u1 + u2 + u3 - u4),
-            lever * (u1 - u2 + u3 - u4),
-            params.motor_torque_max_nm * (u1 + u2 - u3 - u4),
-        ),
-    )
+    The mean of exp(-t / tau) over h is (1 - exp(-h / tau)) tau / h.
+    """
+    if time_constant_s == 0.0:
+        return 0.0, 0.0
+    end = math.exp(-dt_s / time_constant_s)
+    return (1.0 - end) * time_constant_s / dt_s, end
 
 
-def derivative(params: VehicleParams, motion: Motion, applied: Wrench, wind_ned_m_s: Vec3) -> Motion:
-    """Time derivative of (velocity, quaternion, rates) in free flight; the equations of the module's docstring."""
-    vn, ve, vd, qw, qx, qy, qz, p, q, r = motion
-    wn, we, wd = wind_ned_m_s
-    mx, my, mz = applied.moment_nm
-    jx, jy, jz = params.inertia_kg_m2
-    thrust = applied.thrust_n / params.mass_kg
-    drag = params.linear_drag_n_s_m / params.mass_kg
-    kw = params.angular_drag_nm_s_rad
-    return (
-        -2 * thrust * (qw * qy + qx * qz) - drag * (vn - wn),
-        -2 * thrust * (qy * qz - qw * qx) - drag * (ve - we),
-        params.gravity_m_s2 - thrust * (1 - 2 * (qx * qx + qy * qy)) - drag * (vd - wd),
-        0.5 * (-qx * p - qy * q - qz * r),
-        0.5 * (qw * p + qy * r - qz * q),
-        0.5 * (qw * q - qx * r + qz * p),
-        0.5 * (qw * r + qx * q - qy * p),
-        (mx - kw * p + (jy - jz) * q * r) / jx,
-        (my - kw * q + (jz - jx) * r * p) / jy,
-        (mz - kw * r + (jx - jy) * p * q) / jz,
-    )
-
-
-def lagged(motors: Vec4, commands: Vec4, decay: float) -> Vec4:
-    """First-order lag over one interval, exact for a constant command; `decay` = exp(-dt / tau)."""
-    a, b, c, d = commands
-    return (
-        a + (motors[0] - a) * decay,
-        b + (motors[1] - b) * decay,
-        c + (motors[2] - c) * decay,
-        d + (motors[3] - d) * decay,
-    )
-
-
-def lag_decay(time_constant_s: float, dt_s: float) -> float:
-    """exp(-dt / tau); 0 for a motor without lag."""
-    return math.exp(-dt_s / time_constant_s) if time_constant_s > 0 else 0.0
-
-
-def step(
-    params: VehicleParams, state: VehicleState, motor_commands: Vec4, wind_ned_m_s: Vec3, dt_s: float
-) -> VehicleState:
-    """The state after `dt_s` with constant motor commands (each 0 to 1) and constant wind."""
-    decay = lag_decay(params.motor_time_constant_s, dt_s / 2)
-    motors_mid = lagged(state.motors, motor_commands, decay)
-    motors_end = lagged(motors_mid, motor_commands, decay)
-    if state.on_ground and not _lifts_off(params, state, motors_end):
-        return replace(state, motors=motors_end, impact=None)
-    stages = (wrench(params, state.motors), wrench(params, motors_mid), wrench(params, motors_end))
-    flown = _runge_kutta(params, state, stages, wind_ned_m_s, dt_s, motors_end)
-    if flown.position_ned_m[2] >= 0.0 and flown.velocity_ned_m_s[2] >= 0.0:
-        return _touch_down(flown)
-    return flown
-
-
-def _lifts_off(params: VehicleParams, state: VehicleState, motors: Vec4) -> bool:
-    lift_n = wrench(params, motors).thrust_n * math.cos(tilt_rad(state.quaternion))
-    return lift_n > params.mass_kg * params.gravity_m_s2
-
-
-def _moved(motion: Motion, rate: Motion, dt_s: float) -> Motion:
-    a0, a1, a2, a3, a4, a5, a6, a7, a8, a9 = motion
-    b0, b1, b2, b3, b4, b5, b6, b7, b8, b9 = rate
-    h = dt_s
-    return (
-        a0 + h * b0,
-        a1 + h * b1,
-        a2 + h * b2,
-        a3 + h * b3,
-        a4 + h * b4,
-        a5 + h * b5,
-        a6 + h * b6,
-        a7 + h * b7,
-        a8 + h * b8,
-        a9 + h * b9,
-    )
-
-
-def _runge_kutta(
-    params: VehicleParams,
-    state: VehicleState,
-    stages: tuple[Wrench, Wrench, Wrench],
-    wind_ned_m_s: Vec3,
-    dt_s: float,
-    motors_end: Vec4,
-) -> VehicleState:
-    y1: Motion = (*state.velocity_ned_m_s, *state.quaternion, *state.rates_frd_rad_s)
-    k1 = derivative(params, y1, stages[0], wind_ned_m_s)
-    y2 = _moved(y1, k1, dt_s / 2)
-    k2 = derivative(params, y2, stages[1], wind_ned_m_s)
-    y3 = _moved(y1, k2, dt_s / 2)
-    k3 = derivative(params, y3, stages[1], wind_ned_m_s)
-    y4 = _moved(y1, k3, dt_s)
-    k4 = derivative(params, y4, stages[2], wind_ned_m_s)
-    sixth = dt_s / 6
-    vn, ve, vd, qw, qx, qy, qz, p, q, r = [
-        y + sixth * (a + 2 * (b + c) + d) for y, a, b, c, d in zip(y1, k1, k2, k3, k4, strict=True)
-    ]
-    n, e, d = state.position_ned_m
-    position = (
-        n + sixth * (y1[0] + 2 * (y2[0] + y3[0]) + y4[0]),
-        e + sixth * (y1[1] + 2 * (y2[1] + y3[1]) + y4[1]),
-        d + sixth * (y1[2] + 2 * (y2[2] + y3[2]) + y4[2]),
-    )
-    return VehicleState(position, (vn, ve, vd), normalised((qw, qx, qy, qz)), (p, q, r), motors_end, False)
-
-
-def _touch_down(state: VehicleState) -> VehicleState:
-    """Held by the ground: at rest, level at its heading (or as it fell, if flipped)."""
-    vn, ve, vd = state.velocity_ned_m_s
-    n, e, _ = state.position_ned_m
-    tilt = tilt_rad(state.quaternion)
-    resting: Quaternion = state.quaternion
-    if tilt <= FLIPPED_RAD:
-        resting = from_euler(0.0, 0.0, yaw_of(state.quaternion))
-    impact = Impact(math.sqrt(vn * vn + ve * ve + vd * vd), tilt)
-    return VehicleState((n, e, 0.0), ZERO3, resting, ZERO3, state.motors, True, impact)
+def lagged(levels: Vec4, commands: Vec4, share: float) -> Vec4:
+    """Levels on their way to constant commands, with this share of the distance left."""
+    (u1, u2, u3, u4), (c1, c2, c3, c4) = levels, commands
+    return (c1 + (u1 - c1) * share, c2 + (u2 - c2) * share, c3 + (u3 - c3) * share, c4 + (u4 - c4) * share)
 
 
 class RigidBody:
-    """The rigid-body quadcopter as a `Plant`."""
+    """The rigid-body quadcopter as a `Plant`.
 
-    def __init__(self, params: VehicleParams, state: VehicleState | None = None) -> None:
-        self._params = params
-        self._state = state or VehicleState()
+    Attributes:
+        state: the true state now.
+    """
 
-    @property
-    def state(self) -> VehicleState:
-        """The true state now."""
-        return self._state
+    def __init__(self, params: VehicleParams, state: VehicleState | None = None, dt_s: float = TICK_S) -> None:
+        self.state = state or VehicleState()
+        self._down = down_axis(self.state.quaternion)
+        self._dt_s = dt_s
+        self.change(params)
 
-    def step(self, motor_commands: Vec4, wind_ned_m_s: Vec3, dt_s: float) -> None:
-        """Let `dt_s` pass."""
-        self._state = step(self._params, self._state, motor_commands, wind_ned_m_s, dt_s)
+    def change(self, params: VehicleParams) -> None:
+        """From now on it has these constants."""
+        mass, (jx, jy, jz), thrust_max = params.mass_kg, params.inertia_kg_m2, params.motor_thrust_max_n
+        k_w = params.angular_drag_nm_s_rad
+        self._lag_mean, self._lag_end = lag_shares(params.motor_time_constant_s, self._dt_s)
+        self._curve = (1.0 - params.thrust_curve, params.thrust_curve)
+        self._gains = tuple([thrust_max * strength for strength in params.rotor_strengths])
+        self._is_plus = params.frame == "plus"
+        self._per_thrust = (params.arm_m / jx, params.arm_m / jy, params.motor_torque_max_nm / thrust_max / jz)
+        self._per_rate = (k_w / jx, k_w / jy, k_w / jz)
+        self._per_rates = ((jy - jz) / jx, (jz - jx) / jy, (jx - jy) / jz)
+        self._weight_n = mass * params.gravity_m_s2
+        self._gravity_m_s2 = params.gravity_m_s2
+        self._drag = params.linear_drag_n_s_m / mass
+        self._quadratic_drag = params.quadratic_drag_n_s2_m2 / mass
+        self._rotor_drag = params.rotor_drag_n_s_m / mass / math.sqrt(self._weight_n)
+        self._mass_kg = mass
+
+    def step(self, motor_commands: Vec4, wind_ned_m_s: Vec3) -> None:
+        """Let one tick pass with constant motor commands (each 0 to 1, motor 1 first) and wind."""
+        before = self.state
+        if before.on_ground and self._rests(before, motor_commands):
+            return
+        thrusts = self._thrusts(lagged(before.motors, motor_commands, self._lag_mean))
+        rates_in_the_middle, rates = self._rates_after(before.rates_frd_rad_s, thrusts)
+        quaternion = turned(before.quaternion, rates_in_the_middle, self._dt_s)
+        down = down_axis(quaternion)
+        position, velocity, acceleration = self._moved(before, down, sum(thrusts), wind_ned_m_s)
+        motors = lagged(before.motors, motor_commands, self._lag_end)
+        self._down = down
+        self.state = VehicleState(position, velocity, quaternion, rates, motors, False, None, acceleration)
+        if position[2] >= 0.0 and velocity[2] >= 0.0:
+            self._touch_down()
+
+    def _thrusts(self, levels: Vec4) -> Vec4:
+        """Thrust of each rotor in N."""
+        a, b, c, d = levels
+        linear, square = self._curve
+        f1, f2, f3, f4 = self._gains
+        return (
+            f1 * a * (linear + square * a),
+            f2 * b * (linear + square * b),
+            f3 * c * (linear + square * c),
+            f4 * d * (linear + square * d),
+        )
+
+    def _rates_after(self, rates_frd_rad_s: Vec3, thrusts: Vec4) -> tuple[Vec3, Vec3]:
+        """Body rates in the middle of the step, by Euler's rule, and at its end, with the derivative in the middle."""
+        (p, q, r), (f1, f2, f3, f4), h = rates_frd_rad_s, thrusts, self._dt_s
+        (lx, ly, lz), (kx, ky, kz), (gx, gy, gz) = self._per_thrust, self._per_rate, self._per_rates
+        if self._is_plus:
+            ax, ay = lx * (f2 - f1), ly * (f3 - f4)
+        else:
+            ax, ay = lx * (f2 + f3 - f1 - f4), ly * (f1 + f3 - f2 - f4)
+        az = lz * (f1 + f2 - f3 - f4)
+        half = 0.5 * h
+        pm = p + half * (ax - kx * p + gx * q * r)
+        qm = q + half * (ay - ky * q + gy * r * p)
+        rm = r + half * (az - kz * r + gz * p * q)
+        return (pm, qm, rm), (
+            p + h * (ax - kx * pm + gx * qm * rm),
+            q + h * (ay - ky * qm + gy * rm * pm),
+            r + h * (az - kz * rm + gz * pm * qm),
+        )
+
+    def _moved(
+        self, before: VehicleState, down_after: Vec3, thrust_n: float, wind_ned_m_s: Vec3
+    ) -> tuple[Vec3, Vec3, Vec3]:
+        """Position, velocity and mean acceleration: a = (-T R e3 / m + g e3 - k (v - v_w)) / (1 + k h / 2)."""
+        (n, e, d), (vn, ve, vd), (wn, we, wd) = before.position_ned_m, before.velocity_ned_m_s, wind_ned_m_s
+        rn, re, rd = vn - wn, ve - we, vd - wd
+        h = self._dt_s
+        half = 0.5 * h
+        drag = self._drag
+        if self._quadratic_drag or self._rotor_drag:
+            an, ae, ad = before.acceleration_ned_m_s2
+            airspeed = math.hypot(rn + half * an, re + half * ae, rd + half * ad)
+            drag += self._quadratic_drag * airspeed + self._rotor_drag * math.sqrt(thrust_n)
+        k = 1.0 / (1.0 + half * drag)
+        lift = -0.5 * thrust_n / self._mass_kg
+        (xn, xe, xd), (yn, ye, yd) = self._down, down_after
+        an, ae = k * (lift * (xn + yn) - drag * rn), k * (lift * (xe + ye) - drag * re)
+        ad = k * (lift * (xd + yd) + self._gravity_m_s2 - drag * rd)
+        return (
+            (n + h * (vn + half * an), e + h * (ve + half * ae), d + h * (vd + half * ad)),
+            (vn + h * an, ve + h * ae, vd + h * ad),
+            (an, ae, ad),
+        )
+
+    def _rests(self, state: VehicleState, motor_commands: Vec4) -> bool:
+        """Whether the ground holds it for this step too; its motors turn all the same."""
+        if state.motors == motor_commands == _STILL and state.impact is None:
+            return True
+        motors = lagged(state.motors, motor_commands, self._lag_end)
+        if sum(self._thrusts(motors)) * self._down[2] > self._weight_n:
+            return False
+        self.state = state._replace(motors=motors, impact=None)
+        return True
+
+    def _touch_down(self) -> None:
+        """Held by the ground: at rest, level at its heading (or as it fell, if flipped)."""
+        fallen = self.state
+        n, e, _ = fallen.position_ned_m
+        tilt = tilt_rad(fallen.quaternion)
+        resting = fallen.quaternion if tilt > FLIPPED_RAD else from_euler(0.0, 0.0, yaw_of(fallen.quaternion))
+        impact = Impact(math.hypot(*fallen.velocity_ned_m_s), tilt)
+        self.state = VehicleState((n, e, 0.0), ZERO3, resting, ZERO3, fallen.motors, True, impact)
+        self._down = down_axis(resting)

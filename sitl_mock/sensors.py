@@ -1,25 +1,26 @@
-"""What the autopilot's estimator says: the truth of a moment ago, with white noise and a slow position wander.
+"""What the autopilot's estimator says: the truth of a moment ago, with noise and a slow wander of the position.
 
-    estimate(t) = truth(t - age) + noise,   noise = white(sd) + wander(t)
+    estimate(t) = truth(t - age) + noise + wander(t) + jumps
 
-The wander is an Ornstein-Uhlenbeck process of standard deviation s and correlation time T, discretised exactly:
-w[k+1] = a w[k] + s sqrt(1 - a^2) n[k], a = exp(-dt / T); it starts from its stationary distribution.
+Noise and wander come from `EstimateErrors`; the noise of the attitude is a small turn about the body's axes. A jump is
+what a reset of the estimator does to the position: it stays.
 """
 
 from __future__ import annotations
 
-import math
-import random
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from sitl_mock.battery import FULL, Battery
 from sitl_mock.config.sensors import SensorsConfig
-from sitl_mock.geometry import ZERO3, Quaternion, Vec3, from_euler, normalised, to_euler
-from sitl_mock.plant import VehicleState
+from sitl_mock.estimate_errors import EstimateErrors
+from sitl_mock.geometry import ZERO3, Quaternion, Vec3, conjugate, rotate, to_euler, turned
+from sitl_mock.plant import GRAVITY_M_S2, TICK_S, VehicleState
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Estimate:
     """The estimator's output, NED and FRD; `stamp_us` is the time of the sample since boot, not of its publication.
 
@@ -35,96 +36,121 @@ class Estimate:
     quaternion: Quaternion
     euler_rad: Vec3
     rates_frd_rad_s: Vec3
-    specific_force_frd_m_s2: Vec3 = (0.0, 0.0, -9.81)
+    specific_force_frd_m_s2: Vec3 = (0.0, 0.0, -GRAVITY_M_S2)
     battery: Battery = FULL
     reset_count: int = 0
 
 
+class _Sample(Estimate):
+    """An estimate that works each field out when it is first asked for: at most ticks nobody asks for most of them.
+
+    The sample lies `back_s` before the state `after` a tick, less than a tick: position, velocity and attitude are
+    followed back from there, the body rates are linear between the ticks.
+    """
+
+    __slots__ = ("_after", "_back_s", "_before", "_errors", "_offset_m")
+
+    def __init__(
+        self,
+        stamp_us: int,
+        truth: tuple[VehicleState, VehicleState, float],
+        errors: list[float],
+        offset: tuple[Vec3, int],
+        battery: Battery,
+    ) -> None:
+        self.stamp_us = stamp_us
+        self._before, self._after, self._back_s = truth
+        self._errors = errors
+        self._offset_m, self.reset_count = offset
+        self.battery = battery
+
+    def __getattr__(self, name: str) -> Any:
+        work_out = _FIELDS.get(name)
+        if work_out is None:
+            raise AttributeError(name)
+        value = work_out(self)
+        setattr(self, name, value)
+        return value
+
+
+def _position_ned_m(sample: _Sample) -> Vec3:
+    state, errors, back = sample._after, sample._errors, sample._back_s
+    (x, y, z), (vx, vy, vz), (ax, ay, az) = state.position_ned_m, state.velocity_ned_m_s, state.acceleration_ned_m_s2
+    dx, dy, dz = sample._offset_m
+    half = 0.5 * back
+    return (
+        x - back * (vx - half * ax) + dx + errors[0],
+        y - back * (vy - half * ay) + dy + errors[1],
+        z - back * (vz - half * az) + dz + errors[2],
+    )
+
+
+def _velocity_ned_m_s(sample: _Sample) -> Vec3:
+    state, errors, back = sample._after, sample._errors, sample._back_s
+    (vx, vy, vz), (ax, ay, az) = state.velocity_ned_m_s, state.acceleration_ned_m_s2
+    return (vx - back * ax + errors[3], vy - back * ay + errors[4], vz - back * az + errors[5])
+
+
+def _quaternion(sample: _Sample) -> Quaternion:
+    state, errors, back = sample._after, sample._errors, sample._back_s
+    p, q, r = state.rates_frd_rad_s
+    return turned(state.quaternion, (errors[6] - back * p, errors[7] - back * q, errors[8] - back * r), 1.0)
+
+
+def _euler_rad(sample: _Sample) -> Vec3:
+    return to_euler(sample.quaternion)
+
+
+def _rates_frd_rad_s(sample: _Sample) -> Vec3:
+    (p, q, r), (p0, q0, r0) = sample._after.rates_frd_rad_s, sample._before.rates_frd_rad_s
+    errors, part = sample._errors, sample._back_s / TICK_S
+    return (p - part * (p - p0) + errors[9], q - part * (q - q0) + errors[10], r - part * (r - r0) + errors[11])
+
+
+def _specific_force_frd_m_s2(sample: _Sample) -> Vec3:
+    state, errors = sample._after, sample._errors
+    an, ae, ad = state.acceleration_ned_m_s2
+    x, y, z = rotate(conjugate(state.quaternion), (an, ae, ad - GRAVITY_M_S2))
+    return (x + errors[12], y + errors[13], z + errors[14])
+
+
+_FIELDS: dict[str, Callable[[_Sample], Any]] = {
+    "position_ned_m": _position_ned_m,
+    "velocity_ned_m_s": _velocity_ned_m_s,
+    "quaternion": _quaternion,
+    "euler_rad": _euler_rad,
+    "rates_frd_rad_s": _rates_frd_rad_s,
+    "specific_force_frd_m_s2": _specific_force_frd_m_s2,
+}
+
+
 class Estimator:
-    """Turns the truth of each tick into an `Estimate`; draws from its own seeded generator, the same number each tick."""
+    """Turns the truth of each tick into an `Estimate`."""
 
-    def __init__(self, config: SensorsConfig, seed: int) -> None:
-        self._config = config
-        self._random = random.Random(seed)
+    def __init__(self, config: SensorsConfig, seed: int, dt_s: float = TICK_S) -> None:
+        self._age_us = config.age_ms * 1000
+        self._errors = EstimateErrors(config, seed, dt_s)
         self._history: deque[tuple[int, VehicleState]] = deque()
-        self._wander_m = _noisy(ZERO3, config.position_wander_m, self._normals(), 0)
-        self._attitude_noise_rad = math.radians(config.attitude_noise_deg)
-        self._offset_m = ZERO3
-        self._reset_count = 0
-        self._battery = FULL
+        self._offset: tuple[Vec3, int] = (ZERO3, 0)
 
-    def step(self, truth: VehicleState, boot_us: int, dt_s: float) -> Estimate:
-        """The estimate published at `boot_us`, given the truth of that moment; `dt_s` is the time since the last."""
-        config = self._config
+    def step(self, truth: VehicleState, boot_us: int, battery: Battery = FULL) -> Estimate:
+        """The estimate published at `boot_us`, given the truth of that moment; to be called at every tick."""
         self._history.append((boot_us, truth))
-        sample_us = max(0, boot_us - config.age_ms * 1000)
-        position, velocity, quaternion, rates = self._truth_at(sample_us)
-        normals = self._normals()
-        self._drift(dt_s, normals)
-        x, y, z = position
-        dx, dy, dz = (a + b for a, b in zip(self._wander_m, self._offset_m, strict=True))
-        euler = _noisy(to_euler(quaternion), self._attitude_noise_rad, normals, 3)
-        return Estimate(
-            sample_us,
-            _noisy((x + dx, y + dy, z + dz), config.position_noise_m, normals, 6),
-            _noisy(velocity, config.velocity_noise_m_s, normals, 9),
-            from_euler(*euler),
-            euler,
-            _noisy(rates, config.rates_noise_rad_s, normals, 12),
-            battery=self._battery,
-            reset_count=self._reset_count,
-        )
+        sample_us = max(0, boot_us - self._age_us)
+        return _Sample(sample_us, self._truth_at(sample_us), self._errors.step(), self._offset, battery)
 
     def jump_position(self, offset_ned_m: Vec3) -> None:
         """From now on the position is off by this much more."""
-        x, y, z = self._offset_m
-        self._offset_m = (x + offset_ned_m[0], y + offset_ned_m[1], z + offset_ned_m[2])
-        self._reset_count += 1
+        (x, y, z), count = self._offset
+        self._offset = (x + offset_ned_m[0], y + offset_ned_m[1], z + offset_ned_m[2]), count + 1
 
-    def drain_battery(self, remaining: float) -> None:
-        """Only so much charge, 0 to 1, is left."""
-        self._battery = self._battery._replace(remaining=remaining)
-
-    def _normals(self) -> list[float]:
-        """Sixteen standard normal numbers (Box and Muller); twice as fast as fifteen calls of `gauss`."""
-        uniform = self._random.random
-        normals: list[float] = []
-        for _ in range(8):
-            angle = math.tau * uniform()
-            radius = math.sqrt(-2.0 * math.log(1.0 - uniform()))
-            normals += (radius * math.cos(angle), radius * math.sin(angle))
-        return normals
-
-    def _drift(self, dt_s: float, normals: list[float]) -> None:
-        keep = math.exp(-dt_s / self._config.position_wander_time_s)
-        fresh = self._config.position_wander_m * math.sqrt(1.0 - keep * keep)
-        x, y, z = self._wander_m
-        self._wander_m = _noisy((keep * x, keep * y, keep * z), fresh, normals, 0)
-
-    def _truth_at(self, sample_us: int) -> tuple[Vec3, Vec3, Quaternion, Vec3]:
-        """The truth between two ticks, linear in each component: within 2e-5 m for 4 ms at 10 m/s^2."""
+    def _truth_at(self, sample_us: int) -> tuple[VehicleState, VehicleState, float]:
+        """The states before and after that moment, and how long before the latter it is in s."""
         history = self._history
         while len(history) > 1 and history[1][0] <= sample_us:
             history.popleft()
-        before_us, a = history[0]
+        before_us, before = history[0]
         if len(history) == 1 or sample_us <= before_us:
-            return a.position_ned_m, a.velocity_ned_m_s, a.quaternion, a.rates_frd_rad_s
-        after_us, b = history[1]
-        part = (sample_us - before_us) / (after_us - before_us)
-        (aw, ax, ay, az), (bw, bx, by, bz) = a.quaternion, b.quaternion
-        sign = part if aw * bw + ax * bx + ay * by + az * bz >= 0 else -part
-        rest = 1 - part
-        return (
-            _mix(a.position_ned_m, b.position_ned_m, part),
-            _mix(a.velocity_ned_m_s, b.velocity_ned_m_s, part),
-            normalised((rest * aw + sign * bw, rest * ax + sign * bx, rest * ay + sign * by, rest * az + sign * bz)),
-            _mix(a.rates_frd_rad_s, b.rates_frd_rad_s, part),
-        )
-
-
-def _noisy(value: Vec3, sd: float, normals: list[float], at: int) -> Vec3:
-    return (value[0] + sd * normals[at], value[1] + sd * normals[at + 1], value[2] + sd * normals[at + 2])
-
-
-def _mix(a: Vec3, b: Vec3, part: float) -> Vec3:
-    return (a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1]), a[2] + part * (b[2] - a[2]))
+            return before, before, 0.0
+        after_us, after = history[1]
+        return before, after, (after_us - sample_us) * 1e-6

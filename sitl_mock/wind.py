@@ -1,36 +1,61 @@
-"""The wind: steady, with gusts along north and east.
-
-Each gust component is an Ornstein-Uhlenbeck process of standard deviation s and correlation time T, discretised
-exactly: g[k+1] = a g[k] + s sqrt(1 - a^2) n[k], a = exp(-dt / T); it starts from its stationary distribution. The
-gusts have their own random stream, so a flight without gusts is the same as if there were no such thing.
+"""The wind: steady, with gusts. Each kind of gusts has its own random stream, so that a flight without them is the same
+as if there were no such thing.
 """
 
 from __future__ import annotations
 
-import math
-import random
+from typing import Protocol
 
+from sitl_mock.config import MockConfig
+from sitl_mock.dryden import Dryden
 from sitl_mock.geometry import Vec3
+from sitl_mock.noise import BLOCK_STEPS, Memory, stream
+from sitl_mock.plant import TICK_S, VehicleState
 
 
-class Wind:
-    """The wind of each tick, NED in m/s; the same seed gives the same gusts."""
+class Wind(Protocol):
+    """The wind where the vehicle is."""
 
-    def __init__(self, steady_ned_m_s: Vec3, gusts_m_s: float, gusts_time_s: float, seed: int) -> None:
+    def step(self, vehicle: VehicleState) -> Vec3:
+        """The wind of the next tick, NED in m/s."""
+
+
+def wind_of(config: MockConfig, seed: int) -> Wind:
+    """The wind of a configuration."""
+    if config.gusts_m_s == 0.0:
+        return SteadyWind(config.wind_ned_m_s)
+    if config.gusts_model == "dryden":
+        return Dryden(config.wind_ned_m_s, config.gusts_m_s, seed)
+    return Gusts(config.wind_ned_m_s, config.gusts_m_s, config.gusts_time_s, seed)
+
+
+class SteadyWind:
+    """The same wind always."""
+
+    def __init__(self, wind_ned_m_s: Vec3) -> None:
+        self._wind_ned_m_s = wind_ned_m_s
+
+    def step(self, vehicle: VehicleState) -> Vec3:
+        """The wind of the next tick, NED in m/s."""
+        return self._wind_ned_m_s
+
+
+class Gusts:
+    """Steady wind, and gusts along north and east: each an Ornstein-Uhlenbeck process of the given size and memory."""
+
+    def __init__(self, steady_ned_m_s: Vec3, sd_m_s: float, time_s: float, seed: int, dt_s: float = TICK_S) -> None:
         self._steady_ned_m_s = steady_ned_m_s
-        self._sd_m_s = gusts_m_s
-        self._time_s = gusts_time_s
-        self._random = random.Random(f"gusts of {seed}")
-        self._north_m_s = self._random.gauss(0.0, gusts_m_s)
-        self._east_m_s = self._random.gauss(0.0, gusts_m_s)
+        self._sd_m_s = sd_m_s
+        self._random = stream("gusts", seed)
+        self._memory = Memory(time_s, self._random.standard_normal(2), dt_s)
+        self._rows: list[list[float]] = []
 
-    def step(self, dt_s: float) -> Vec3:
-        """Let `dt_s` pass; the wind of that interval."""
-        if self._sd_m_s == 0.0:
-            return self._steady_ned_m_s
-        keep = math.exp(-dt_s / self._time_s)
-        fresh_m_s = self._sd_m_s * math.sqrt(1.0 - keep * keep)
-        self._north_m_s = keep * self._north_m_s + self._random.gauss(0.0, fresh_m_s)
-        self._east_m_s = keep * self._east_m_s + self._random.gauss(0.0, fresh_m_s)
+    def step(self, vehicle: VehicleState) -> Vec3:
+        """The wind of the next tick, NED in m/s."""
+        if not self._rows:
+            block = self._sd_m_s * self._memory.block(self._random.standard_normal((2, BLOCK_STEPS)))
+            self._rows = block.T.tolist()
+            self._rows.reverse()
+        gust_n, gust_e = self._rows.pop()
         north, east, down = self._steady_ned_m_s
-        return (north + self._north_m_s, east + self._east_m_s, down)
+        return (north + gust_n, east + gust_e, down)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from mavquad.schema import Section
 from sitl_mock.config.faults import Fault, wrong_mode
 from sitl_mock.config.link import LinkConfig
-from sitl_mock.config.sensors import SensorsConfig, StreamsConfig
+from sitl_mock.config.sensors import SensorsConfig
 from sitl_mock.config.signing import SigningConfig
-from sitl_mock.config.vehicle import VehicleConfig
+from sitl_mock.config.streams import StreamsConfig
+from sitl_mock.config.vehicle import VehicleConfig, load_vehicle
 
 __all__ = ["ArduPilotRelease", "Autopilot", "Firmware", "MockConfig", "Px4Release"]
 
@@ -50,11 +51,14 @@ class MockConfig(Section):
     ] = (0.0, 0.0, 0.0)
     """Wind towards north, east, down in m/s."""
     gusts_m_s: Annotated[float, Field(ge=0, le=20)] = 0.0
-    """Standard deviation of the gusts in m/s, towards north and towards east; 0 for none."""
+    """Standard deviation of the gusts in m/s; 0 for none. "ou": towards north and towards east each. "dryden": of the
+    vertical ones, the others being 1.1 (300 m) to 2 (3 m) times as strong."""
     gusts_time_s: Annotated[float, Field(ge=0.01, le=1000)] = 1.0
-    """Correlation time of the gusts in s."""
+    """Correlation time of the gusts in s; "dryden" has its own, by height and airspeed."""
+    gusts_model: Literal["ou", "dryden"] = "ou"
+    """Ornstein-Uhlenbeck processes, or Dryden's gusts for low altitude (MIL-F-8785C)."""
     vehicle: VehicleConfig = VehicleConfig()
-    """The vehicle."""
+    """The vehicle; what is left out is SIH's, or with autopilot = "ardupilot" that of ArduCopter's SITL."""
     sensors: SensorsConfig = SensorsConfig()
     """Errors of the estimator's output."""
     streams: StreamsConfig = StreamsConfig()
@@ -65,6 +69,18 @@ class MockConfig(Section):
     """Signatures of MAVLink 2 on its links."""
     faults: tuple[Fault, ...] = ()
     """Scripted faults."""
+
+    @field_validator("vehicle", mode="before")
+    @classmethod
+    def _copter_flies_its_own(cls, given: Any, info: ValidationInfo) -> Any:
+        if isinstance(given, dict):
+            # No longer JSON for pydantic, whose strict tuples take no lists then.
+            given = {key: tuple(value) if isinstance(value, list) else value for key, value in given.items()}
+        if info.data.get("autopilot") != "ardupilot":
+            return given
+        if isinstance(given, VehicleConfig):
+            return given if given.model_fields_set else load_vehicle("arducopter")
+        return {**load_vehicle("arducopter").model_dump(), **given} if isinstance(given, dict) else given
 
     @model_validator(mode="after")
     def _release_exists(self) -> Self:

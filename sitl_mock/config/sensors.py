@@ -1,8 +1,8 @@
-"""What the estimator gets wrong, and what telemetry can deliver."""
+"""What the estimator gets wrong."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -15,6 +15,9 @@ class SensorsConfig(Section):
 
     position_noise_m: NotNegative = 0.003
     """Standard deviation of the white position noise per axis in m."""
+    wander: Literal["own", "sih"] = "own"
+    """The slow wander of the position. "own": the two keys below. "sih": as PX4's SIH with its GPS: smooth, 0.2 m north
+    and east, 0.1 m down, forgotten in 4 s, and the velocity errs with it."""
     position_wander_m: NotNegative = 0.05
     """Standard deviation of the slow position wander per axis in m."""
     position_wander_time_s: Positive = 20.0
@@ -22,17 +25,13 @@ class SensorsConfig(Section):
     velocity_noise_m_s: NotNegative = 0.01
     """Standard deviation of the white velocity noise per axis in m/s."""
     attitude_noise_deg: NotNegative = 0.1
-    """Standard deviation of the white noise of each Euler angle in degrees."""
+    """Standard deviation of the white attitude noise about each axis of the body in degrees."""
     rates_noise_rad_s: NotNegative = 0.01
     """Standard deviation of the white body-rate noise per axis in rad/s."""
+    accelerometer_noise_m_s2: NotNegative = 0.07
+    """Standard deviation of the white accelerometer noise per axis in m/s^2 (real SIH: 0.07 at rest, 0.7 and more in
+    flight)."""
+    noise_time_s: NotNegative = 0.0
+    """Correlation time of all this noise in s, which an estimator's filters give it; 0: white."""
     age_ms: Annotated[int, Field(ge=0, le=200)] = 5
     """Age of the sample in a telemetry message in ms; the message carries the sample's own time stamp."""
-
-
-class StreamsConfig(Section):
-    """What telemetry can deliver, whatever is asked for."""
-
-    max_attitude_hz: Annotated[float, Field(gt=0, le=250)] = 250.0
-    """Fastest ATTITUDE and ATTITUDE_QUATERNION in Hz."""
-    max_position_hz: Annotated[float, Field(gt=0, le=250)] = 100.0
-    """Fastest LOCAL_POSITION_NED in Hz (real PX4: 89 on 1.13, 125 on 1.16)."""

@@ -43,7 +43,9 @@ GENERATORS = ("random.Random", "numpy.random.default_rng")
 
 
 def unseeded(text: str) -> list[str]:
-    """Uses of `random` and `numpy.random` in a module's source, other than making a generator from a seed."""
+    """Uses of `random` and `numpy.random` in a module's source, other than making a generator from a seed or naming
+    its type.
+    """
     tree = ast.parse(text)
     imported: dict[str, str] = {}
     for node in ast.walk(tree):
@@ -64,6 +66,9 @@ def unseeded(text: str) -> list[str]:
             given = [*node.args, *(keyword.value for keyword in node.keywords)]
             if given and not (isinstance(given[0], ast.Constant) and given[0].value is None):
                 seeded.add(node.func)
+    for node in ast.walk(tree):
+        for types in (getattr(node, "annotation", None), getattr(node, "returns", None)):
+            seeded.update(ast.walk(types) if types else ())
     used = [(node, dotted(node)) for node in ast.walk(tree) if isinstance(node, ast.Attribute | ast.Name)]
     return [name for node, name in used if node not in seeded and name.startswith(("random.", "numpy.random."))]
 
@@ -102,6 +107,8 @@ def test_what_counts_as_without_a_seed(text: str, found: str) -> None:
         "from random import Random\nx = Random(1).gauss(0, 1)",
         "import numpy as np\nx = np.random.default_rng(7).normal()",
         "x = self._random.random()",
+        "import random\ndef draw(source: random.Random) -> random.Random: ...",
+        "import numpy as np\nx: np.random.Generator",
     ],
 )
 def test_what_has_a_seed(text: str) -> None:

@@ -60,12 +60,13 @@ def test_agrees_with_the_rigid_body_near_level(offsets):
     rigid = RigidBody(PARAMS, VehicleState((0.0, 0.0, -5.0), motors=(HOVER,) * 4, on_ground=False))
     paper = PaperModel(PARAMS, PaperState((0.0, 0.0, 5.0), rotors=(HOVER,) * 4, on_ground=False))
     for _ in range(60):
-        rigid.step(commands, (1.0, 2.0, 0.0), 0.004)
-        paper.step(commands, (1.0, 2.0, 0.0), 0.004)
-    assert paper.state.position_ned_m == pytest.approx(rigid.state.position_ned_m, abs=1e-6)
+        rigid.step(commands, (1.0, 2.0, 0.0))
+        paper.step(commands, (1.0, 2.0, 0.0))
+    # as far as one is integrated by RK4 and the other in one go
+    assert paper.state.position_ned_m == pytest.approx(rigid.state.position_ned_m, abs=5e-6)
     assert paper.state.velocity_ned_m_s == pytest.approx(rigid.state.velocity_ned_m_s, abs=1e-5)
-    assert paper.state.quaternion == pytest.approx(rigid.state.quaternion, abs=1e-9)
-    assert paper.state.rates_frd_rad_s == pytest.approx(rigid.state.rates_frd_rad_s, abs=1e-9)
+    assert paper.state.quaternion == pytest.approx(rigid.state.quaternion, abs=5e-6)
+    assert paper.state.rates_frd_rad_s == pytest.approx(rigid.state.rates_frd_rad_s, abs=5e-6)
     assert paper.state.motors == pytest.approx(rigid.state.motors)
 
 
@@ -80,8 +81,8 @@ def test_differs_from_the_rigid_body_when_tilted():
     )
     paper = PaperModel(PARAMS, PaperState((0.0, 0.0, 50.0), CALM, (roll, 0.0, 0.0), on_ground=False))
     for _ in range(75):
-        rigid.step(commands, CALM, 0.004)
-        paper.step(commands, CALM, 0.004)
+        rigid.step(commands, CALM)
+        paper.step(commands, CALM)
     assert abs(to_euler(rigid.state.quaternion)[2]) > 0.01
     assert to_euler(paper.state.quaternion)[2] == pytest.approx(0.0, abs=1e-9)
 
@@ -89,12 +90,12 @@ def test_differs_from_the_rigid_body_when_tilted():
 def test_ground_holds_it_and_it_lifts_off():
     plant = PaperModel(PARAMS)
     for _ in range(100):
-        plant.step((0.9 * HOVER,) * 4, (5.0, 0.0, 0.0), 0.004)
+        plant.step((0.9 * HOVER,) * 4, (5.0, 0.0, 0.0))
     assert plant.state.on_ground
     assert plant.state.position_ned_m == CALM
     for _ in range(100):
-        plant.step((1.2 * HOVER,) * 4, CALM, 0.004)
+        plant.step((1.2 * HOVER,) * 4, CALM)
     assert plant.state.position_ned_m[2] < -0.01
     for _ in range(300):
-        plant.step((0.0,) * 4, CALM, 0.004)
+        plant.step((0.0,) * 4, CALM)
     assert plant.state.on_ground

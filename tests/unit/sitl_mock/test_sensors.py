@@ -17,13 +17,14 @@ ONLY = {
     "velocity_noise_m_s": 0.0,
     "attitude_noise_deg": 0.0,
     "rates_noise_rad_s": 0.0,
+    "accelerometer_noise_m_s2": 0.0,
     "age_ms": 0,
 }
 
 
 def estimates(seconds, seed=1, dt_s=0.004, **changes):
-    estimator = Estimator(SensorsConfig(**(ONLY | changes)), seed)
-    return [estimator.step(STILL, round(k * dt_s * 1e6), dt_s) for k in range(round(seconds / dt_s))]
+    estimator = Estimator(SensorsConfig(**(ONLY | changes)), seed, dt_s)
+    return [estimator.step(STILL, round(k * dt_s * 1e6)) for k in range(round(seconds / dt_s))]
 
 
 def test_all_zero_is_the_truth():
@@ -76,7 +77,7 @@ def test_the_stamp_is_the_time_of_the_sample(age_ms):
     for k in range(100):
         boot_us = k * 4000
         truth = VehicleState((2.0 * boot_us / 1e6, 0.0, 0.0), (2.0, 0.0, 0.0))
-        estimate = estimator.step(truth, boot_us, 0.004)
+        estimate = estimator.step(truth, boot_us)
     assert estimate.stamp_us == 99 * 4000 - 1000 * age_ms
     assert estimate.position_ned_m[0] == pytest.approx(2.0 * estimate.stamp_us / 1e6)
 
@@ -85,6 +86,6 @@ def test_old_attitudes_take_the_short_way():
     # q and -q are the same attitude; between them lies itself
     estimator = Estimator(SensorsConfig(**(ONLY | {"age_ms": 2})), 1)
     q = from_euler(0.1, 0.2, 0.3)
-    estimator.step(VehicleState(quaternion=q), 0, 0.004)
-    estimate = estimator.step(VehicleState(quaternion=tuple(-part for part in q)), 4000, 0.004)
+    estimator.step(VehicleState(quaternion=q), 0)
+    estimate = estimator.step(VehicleState(quaternion=tuple(-part for part in q)), 4000)
     assert estimate.euler_rad == pytest.approx((0.1, 0.2, 0.3))

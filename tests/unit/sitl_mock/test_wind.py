@@ -5,19 +5,22 @@ import statistics
 
 import pytest
 
+from sitl_mock.config import MockConfig
 from sitl_mock.geometry import tilt_rad
-from sitl_mock.wind import Wind
+from sitl_mock.plant import VehicleState
+from sitl_mock.wind import Gusts, wind_of
 
-NAN = math.nan
+HERE = VehicleState()
 
 
 def gusts(sd=2.0, time_s=1.0, seed=1, steps=100_000, steady=(0.0, 0.0, 0.0)):
-    wind = Wind(steady, sd, time_s, seed)
-    return [wind.step(0.02) for _ in range(steps)]
+    wind = Gusts(steady, sd, time_s, seed, dt_s=0.02)
+    return [wind.step(HERE) for _ in range(steps)]
 
 
 def test_without_gusts_the_wind_is_steady():
-    assert set(gusts(0.0, steps=100, steady=(3.0, -2.0, 1.0))) == {(3.0, -2.0, 1.0)}
+    wind = wind_of(MockConfig(wind_ned_m_s=(3.0, -2.0, 1.0)), 1)
+    assert {wind.step(HERE) for _ in range(100)} == {(3.0, -2.0, 1.0)}
 
 
 def test_gusts_have_their_size_around_the_steady_wind_and_leave_the_vertical_alone():
@@ -38,7 +41,7 @@ def test_gusts_forget_in_their_correlation_time(time_s):
 
 
 def test_gusts_start_as_they_go_on():
-    first = [Wind((0.0, 0.0, 0.0), 2.0, 1.0, seed).step(0.004)[0] for seed in range(500)]
+    first = [Gusts((0.0, 0.0, 0.0), 2.0, 1.0, seed).step(HERE)[0] for seed in range(500)]
     assert statistics.stdev(first) == pytest.approx(2.0, rel=0.1)
 
 
