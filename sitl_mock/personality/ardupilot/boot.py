@@ -36,6 +36,15 @@ _TEXTS: tuple[tuple[float, int, str], ...] = (
     (41.603, _INFO, "EKF3 IMU0 is using GPS"),
     (41.608, _INFO, "EKF3 IMU1 is using GPS"),
 )
+_PARAMETERS: tuple[tuple[float, str], ...] = (
+    (0.195, "RELAY1_FUNCTION"),
+    (0.203, "COMPASS_DEV_ID"), (0.203, "COMPASS_DEV_ID2"), (0.203, "COMPASS_DEV_ID3"), (0.203, "COMPASS_EXTERNAL"),
+    (0.309, "CAM1_TYPE"), (0.309, "BARO_ALT_OFFSET"),
+    (1.906, "BARO1_GND_PRESS"), (1.906, "BARO2_GND_PRESS"), (1.906, "INS_GYR_ID"), (1.906, "INS_ACC_ID"),
+    (2.434, "INS_GYROFFS_X"), (2.434, "INS_GYROFFS_Y"), (2.434, "INS_GYROFFS_Z"), (2.434, "INS_GYR1_CALTEMP"),
+    (3.437, "EK3_SRC1_POSXY"), (20.003, "MIS_TOTAL"), (20.035, "BARO1_GND_PRESS"), (20.035, "BARO2_GND_PRESS"),
+)
+"""Parameters that the autopilot sets while it starts, and tells everybody."""
 # fmt: on
 
 
@@ -64,6 +73,7 @@ class Boot:
         self._scale_us = 1e6 * ready_s / REAL_READY_S
         self.at = Moments(*(self._us(moment) for moment in _REAL_S))
         self._texts = [(self._us(moment), severity, text) for moment, severity, text in _TEXTS]
+        self._parameters = [(self._us(moment), name) for moment, name in _PARAMETERS]
 
     def _us(self, real_s: float) -> int:
         return round(real_s * self._scale_us)
@@ -73,4 +83,11 @@ class Boot:
         due = []
         while self._texts and self._texts[0][0] <= boot_us:
             due.append(self._texts.pop(0)[1:])
+        return due
+
+    def parameters(self, boot_us: int) -> list[str]:
+        """Names of the parameters that have been set since the last call."""
+        due = []
+        while self._parameters and self._parameters[0][0] <= boot_us:
+            due.append(self._parameters.pop(0)[1])
         return due

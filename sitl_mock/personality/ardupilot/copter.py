@@ -37,6 +37,11 @@ _LIGHT_PART = 0.3
 """Part of the hover's thrust below which a vehicle on the ground lands."""
 _TAKEOFF_SLEW_PER_S = 0.5
 """A takeoff's thrust grows so fast until the vehicle leaves the ground, as recorded."""
+_SPOOL_UP_S, _TAKEOFF_WAITS_S = 0.5, 0.15
+_ALIGNED_AT_M = 2.7
+_ALIGNED = tuple(f"EKF3 IMU{unit} MAG0 in-flight yaw alignment complete" for unit in (0, 1))
+_TELL_EVERY_US = 30_000_000
+"""How often the parameters STAT_RUNTIME and STAT_FLTTIME are set and told."""
 
 
 class Copter:
@@ -45,6 +50,7 @@ class Copter:
     Attributes:
         texts: (severity, STATUSTEXT) to be sent.
         mode_changed: a HEARTBEAT is to be sent at once.
+        told: names of parameters whose PARAM_VALUE is to be sent.
         home_changed: GPS_GLOBAL_ORIGIN and HOME_POSITION are to be sent at once.
         in_failsafe: names of the failsafes that act, for HEARTBEAT's system_status.
     """
@@ -55,6 +61,7 @@ class Copter:
         self.flight = flight
         self._light_norm = _LIGHT_PART * hover_thrust_norm
         self.texts: list[tuple[int, str]] = []
+        self.told: list[str] = []
         self.mode_changed = False
         self.home_changed = False
         self.in_failsafe: set[str] = set()
@@ -73,6 +80,9 @@ class Copter:
         self._air_us: int | None = None
         self._landed_us = 0
         self._flipped_us: int | None = None
+        self._is_aligned = False
+        self._flown_us = 0
+        self._tell_us = _TELL_EVERY_US
 
     # --- modes -------------------------------------------------------------------------------------------------
 
@@ -162,8 +172,9 @@ class Copter:
     def stop_motors(self) -> None:
         """Disarm, whatever the vehicle does."""
         if self.armed:
-            self.armed = False
+            self.armed = self._is_aligned = False
             self.flight.navigator.reset()
+            self.told.append("MOT_THST_HOVER")
             self.texts.append((INFO, "Disarming motors"))
 
     def take_off(self, height_m: float, boot_us: int) -> int:
@@ -188,12 +199,19 @@ class Copter:
         if truth.impact is not None:
             self._hit_ground(truth.impact.speed_m_s, truth.impact.tilt_rad, boot_us)
         self._watch_ground(truth.on_ground, thrust_norm, boot_us)
+        self._watch_height(estimate)
         self._watch_disarm(boot_us)
+
+    def _watch_height(self, estimate: Estimate) -> None:
+        if not self._is_aligned and not self.landed and self.home_ned_m[2] - estimate.position_ned_m[2] > _ALIGNED_AT_M:
+            self._is_aligned = True
+            self.texts += [(INFO, text) for text in _ALIGNED]
 
     def _watch_boot(self, boot_us: int) -> None:
         at = self._boot.at
         if boot_us < at.armable_us + 1_000_000:
             self.texts += self._boot.texts(boot_us)
+            self.told += self._boot.parameters(boot_us)
         if not self._is_ready and boot_us >= at.ready_us:
             self._is_ready = True
             self.select(Mode.STABILIZE, boot_us)  # the mode switch; a mode set before is lost
@@ -203,6 +221,15 @@ class Copter:
             self._prearm_us += _PREARM_EVERY_US
             if not self.armed:
                 self.texts += [(CRITICAL, f"PreArm: {reason}") for reason in self._complaints(boot_us)]
+        if boot_us >= self._tell_us:
+            self._tell_us += _TELL_EVERY_US
+            self._tell_times(boot_us)
+
+    def _tell_times(self, boot_us: int) -> None:
+        flown_us = self._flown_us + (0 if self.landed or self._air_us is None else boot_us - self._air_us)
+        self._params.set("STAT_RUNTIME", boot_us // 1_000_000)
+        self._params.set("STAT_FLTTIME", flown_us // 1_000_000)
+        self.told += ["STAT_FLTTIME", "STAT_RUNTIME"] if flown_us else ["STAT_RUNTIME"]
 
     def _hit_ground(self, speed_m_s: float, tilt_rad: float, boot_us: int) -> None:
         if self._air_us is not None and boot_us - self._air_us >= _HIT_AFTER_US:
@@ -217,7 +244,9 @@ class Copter:
             self._air_us = boot_us if self._air_us is None else self._air_us
             self.landed = False
             return
-        self._air_us = None
+        if self._air_us is not None:
+            self._flown_us += boot_us - self._air_us
+            self._air_us = None
         is_light = thrust_norm <= self._light_norm or self.is_landing
         if self.landed or not is_light:
             self._ground_us = None
@@ -225,6 +254,7 @@ class Copter:
             self._ground_us = boot_us
         elif boot_us - self._ground_us >= _LANDED_AFTER_US:
             self.landed, self._landed_us, self._idle_since_us = True, boot_us, boot_us
+            self._tell_times(boot_us)
             self.flight.navigator.reset()
 
     @property
@@ -268,6 +298,7 @@ class Copter:
         if self.flight.is_taking_off:
             self.flight.navigator.start(estimate)
             self.flight.navigator.reset()
-            waited_s = max(motors.SPOOLED_S, (self.flight.takeoff_us - self.armed_us) / 1e6)
-            return Demand(demand.attitude, _TAKEOFF_SLEW_PER_S * (since_s - waited_s))
+            asked_s = (self.flight.takeoff_us - self.armed_us) / 1e6
+            from_s = max(motors.SPOOLED_S + _TAKEOFF_WAITS_S, asked_s + _SPOOL_UP_S)
+            return Demand(demand.attitude, _TAKEOFF_SLEW_PER_S * (since_s - from_s)) if since_s > from_s else None
         return Demand(demand.attitude, min(demand.thrust_norm, motors.allowed_thrust(since_s)), False)

@@ -9,7 +9,7 @@ from mavquad.protocol.codec import Message, mavlink
 from sitl_mock.geometry import Vec3, conjugate, rotate, to_euler, wrap_pi
 from sitl_mock.personality.ardupilot.picture import HOME_ALTITUDE_M, Picture, geodetic, int16, int32, uint16
 
-_FIELD_NED_MGAUSS = (232.17, 52.74, -528.91)
+_FIELD_NED_MGAUSS = (232.1732, 52.7375, -528.9117)
 """The magnetic field at SITL's home, as recorded from a vehicle that looks north."""
 _GRAVITY_M_S2 = 9.80665
 _PRESSURE_HPA = 945.028
@@ -155,7 +155,7 @@ def _inertial(picture: Picture) -> tuple[int, ...]:
 
 
 def _field_frd(picture: Picture) -> Vec3:
-    return rotate(conjugate(picture.estimate.quaternion), _FIELD_NED_MGAUSS)
+    return rotate(conjugate(picture.truth.quaternion), _FIELD_NED_MGAUSS)
 
 
 def _temperature_cdeg(picture: Picture) -> int:
@@ -165,7 +165,7 @@ def _temperature_cdeg(picture: Picture) -> int:
 
 def _pressure_hpa(picture: Picture) -> float:
     """The standard atmosphere's pressure at the vehicle's height above home."""
-    part = 1.0 + 0.0065 * picture.estimate.position_ned_m[2] / 284.35
+    part = 1.0 + 0.0065 * picture.truth.position_ned_m[2] / 284.35
     return _PRESSURE_HPA * math.pow(max(0.01, part), 5.2559)
 
 

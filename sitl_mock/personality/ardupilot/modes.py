@@ -28,6 +28,11 @@ class Mode(IntEnum):
         return self not in _WITHOUT_POSITION
 
     @property
+    def holds_position(self) -> bool:
+        """Whether its position control is at work from its first moment, and on the ground."""
+        return self.needs_position or self is Mode.LAND
+
+    @property
     def has_manual_throttle(self) -> bool:
         """Whether the pilot's stick is the thrust."""
         return self in (Mode.STABILIZE, Mode.ACRO)

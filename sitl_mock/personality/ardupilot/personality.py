@@ -259,6 +259,7 @@ class ArduCopter:
         """What happened: a HEARTBEAT when the mode changed, home when it was set, texts."""
         copter = self.copter
         if copter.mode_changed or copter.home_changed:
+            self._was_position_control |= copter.mode_changed and copter.mode.holds_position
             picture = self._picture(boot_us)
             ids = [mavlink.MAVLINK_MSG_ID_HEARTBEAT] if copter.mode_changed else []
             ids += [mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, _HOME] if copter.home_changed else []
@@ -269,6 +270,10 @@ class ArduCopter:
         for severity, text in copter.texts:
             self._send_text(severity, text)
         copter.texts.clear()
+        for name in copter.told:
+            for port in self._streams:
+                port.send(self._params.message(name))
+        copter.told.clear()
 
     def _send_text(self, severity: int, text: str) -> None:
         """A text of more than 50 characters goes out in chunks of one id."""
@@ -291,7 +296,7 @@ class ArduCopter:
     def _is_position_control(self) -> bool:
         if self._demand is not None:
             return self._demand.is_position_control
-        return self.copter.mode.needs_position
+        return self.copter.mode.holds_position
 
     def _picture(self, boot_us: int) -> Picture:
         copter, flight = self.copter, self._flight
