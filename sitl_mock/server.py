@@ -22,7 +22,7 @@ from sitl_mock.faults import ImpairedLink
 from sitl_mock.lateness import Lateness
 from sitl_mock.transports import Counts, Transport, open_transport
 
-BEHIND_MAX_S = 0.1
+BEHIND_MAX_S = 0.25
 """Real time by which a vehicle may be behind; beyond it, simulated time slips."""
 _LOOK_US = 200_000
 """Simulated time between two looks at whether a vehicle flies."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import errno
+import os
 import socket
 from collections import OrderedDict, deque
 from collections.abc import Callable, Iterator, Sequence
@@ -332,7 +333,9 @@ def _explained(address: Address | None, words: str) -> Iterator[None]:
     except UnicodeError:
         raise EndpointError(url, "cannot be opened (this is no host name)", "check the host and the port") from None
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        # Of its own, Python adds the address to the words of some errors.
+        number = error.errno or 0
+        reason = (os.strerror(number) if number in errno.errorcode else error.strerror or str(error)).lower()
         hint = _ENDPOINT_HINT if error.errno == errno.EADDRINUSE else "check the host and the port"
         raise EndpointError(url, f"cannot be opened ({reason})", hint) from None
 
