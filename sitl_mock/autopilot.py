@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from mavquad.endpoint import NEVER_US, floor_to_grid_us
 from mavquad.protocol.codec import Message, decode, frame_source, mavlink, message_id
+from sitl_mock.battery import Battery
 from sitl_mock.config import MockConfig
 from sitl_mock.config.faults import Deaf, Fault
 from sitl_mock.config.vehicle_faults import Die, Reboot
@@ -34,7 +35,12 @@ _AUTOPILOT_IDS: dict[str, int] = {"px4": mavlink.MAV_AUTOPILOT_PX4, "ardupilot":
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """What really happens, for tests and summaries; `quaternion` turns FRD into NED, `euler_rad` is roll, pitch, yaw."""
+    """What really happens, for tests and summaries; `quaternion` turns FRD into NED, `euler_rad` is roll, pitch, yaw.
+
+    Attributes:
+        boot_us: time since the first boot.
+        motor_commands: of each motor, 0 to 1.
+    """
 
     boot_us: int
     position_ned_m: Vec3
@@ -47,6 +53,12 @@ class Truth:
     crashed: bool
     mode: str
     motor_commands: Vec4
+    battery: Battery
+
+    @property
+    def time_s(self) -> float:
+        """Time since the first boot in s."""
+        return self.boot_us * 1e-6
 
 
 class MockAutopilot:
@@ -68,23 +80,23 @@ class MockAutopilot:
         self._motor_commands = _OFF
         self._wakes_us = self._start_us
         self._crashed_alone = False
-        self._boot(self._start_us)
+        self._boot_us = self._start_us
+        self._boot()
 
-    def _boot(self, now_us: int) -> None:
-        """The software starts: it knows nothing of what was before, and its time begins."""
-        self._boot_us = now_us
+    def _boot(self) -> None:
+        """The software starts: it knows nothing of what was before."""
         self._is_down = False
         for port in self.ports:
             port.restart()
-        self._personality: Personality = _personality(self._config, self.script, self.ports, self._estimate())
+        self._personality: Personality = _personality(self._config, self.script, self.ports, self._world.estimate)
         strangers = Strangers(self._config.system_id, _AUTOPILOT_IDS[self._config.autopilot])
         self._spoiler = Spoiler(self.script, self.ports, strangers)
         if self.script.has_faults:
             self._spoiler.install()
 
-    def fail(self, fault: Fault, now_us: int | None = None) -> None:
-        """One more fault; its times count from `now_us`, if given, instead of from its own moment."""
-        self.script.add(fault, now_us)
+    def fail(self, fault: Fault, from_now: bool = True) -> None:
+        """One more fault; its times count from now, or from its own moment."""
+        self.script.add(fault, self._tick_us if from_now else None)
         self._spoiler.install()
 
     @property
@@ -95,7 +107,17 @@ class MockAutopilot:
     @property
     def armed(self) -> bool:
         """Whether the motors may turn."""
-        return self._personality.armed
+        return self._personality.armed and not self._is_down
+
+    @property
+    def landed(self) -> bool:
+        """Whether it believes to stand on the ground; without software, whether it does."""
+        return self._world.state.on_ground if self._is_down else self._personality.landed
+
+    @property
+    def crashed(self) -> bool:
+        """Whether it came down hard or on its back."""
+        return self._personality.crashed or self._crashed_alone
 
     @property
     def rejected(self) -> Counter[str]:
@@ -141,13 +163,16 @@ class MockAutopilot:
         self._world.step(self._motor_commands, now_us - self._start_us)
         if self.script.has_faults:
             self._go_wrong(now_us)
+        if now_us < self._wakes_us:
+            self._notice_impact()
+            return
         if self._is_down:
-            if now_us < self._wakes_us:
-                self._notice_impact()
-                return
-            self._boot(now_us)
+            self._boot_us = now_us
+        self._restamp()
+        if self._is_down:
+            self._boot()
         boot_us = now_us - self._boot_us
-        self._motor_commands = self._personality.fly(self._world.state, self._estimate(), boot_us, TICK_S)
+        self._motor_commands = self._personality.fly(self._world.state, self._world.estimate, boot_us, TICK_S)
         if self.script.has_faults:
             self._observe()
         self._personality.report(boot_us)
@@ -178,10 +203,11 @@ class MockAutopilot:
         personality = self._personality
         self.script.observe(personality.mode, personality.armed, personality.landed)
 
-    def _estimate(self) -> Estimate:
-        """The estimate, stamped in the software's time."""
-        estimate, passed_us = self._world.estimate, self._boot_us - self._start_us
-        return replace(estimate, stamp_us=max(0, estimate.stamp_us - passed_us)) if passed_us else estimate
+    def _restamp(self) -> None:
+        """Stamp this tick's estimate in the software's time."""
+        if self._boot_us != self._start_us:
+            estimate = self._world.estimate
+            estimate.stamp_us = max(0, estimate.stamp_us - (self._boot_us - self._start_us))
 
     def datagrams_to_send(self, port: int = 0) -> list[bytes]:
         """The frames made since the last call, each a datagram."""
@@ -189,7 +215,7 @@ class MockAutopilot:
 
     def truth(self) -> Truth:
         """The true state now."""
-        state, personality = self._world.state, self._personality
+        state = self._world.state
         return Truth(
             self._tick_us - self._start_us,
             state.position_ned_m,
@@ -197,11 +223,12 @@ class MockAutopilot:
             state.quaternion,
             to_euler(state.quaternion),
             state.rates_frd_rad_s,
-            personality.armed and not self._is_down,
-            state.on_ground if self._is_down else personality.landed,
-            personality.crashed or self._crashed_alone,
-            personality.mode,
+            self.armed,
+            self.landed,
+            self.crashed,
+            self.mode,
             self._motor_commands,
+            self._world.estimate.battery,
         )
 
 

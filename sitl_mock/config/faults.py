@@ -6,9 +6,9 @@ A fault file is a TOML file with a table `[[fault]]` for each.
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -169,15 +169,28 @@ def load_faults(path: Path, autopilot: str | None = None) -> tuple[Fault, ...]:
         raise ConfigError(str(path), "", f"cannot be read ({(error.strerror or str(error)).lower()})") from None
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise ConfigError(str(path), "", f"not a TOML file: {error}") from None
+    return _checked(table, str(path), autopilot)
+
+
+def faults_of(entries: Sequence[Mapping[str, Any]], whose: str, autopilot: str | None = None) -> tuple[Fault, ...]:
+    """Faults given as tables; `whose` stands for the file in messages.
+
+    Raises:
+        ConfigError: as `load_faults`.
+    """
+    return _checked({"fault": list(entries)}, whose, autopilot)
+
+
+def _checked(table: Mapping[str, Any], path: str, autopilot: str | None) -> tuple[Fault, ...]:
     try:
-        faults = parse_section(_FaultFile, table, str(path)).fault
+        faults = parse_section(_FaultFile, table, path).fault
     except ConfigError as error:
         hint = "each fault is a table [[fault]]" if error.key.startswith("fault") and "." not in error.key else ""
-        raise ConfigError(str(path), _place(error.key), error.reason, hint) from None
+        raise ConfigError(path, _place(error.key), error.reason, hint) from None
     for number, fault in enumerate(faults, 1):
         key, reason = wrong_mode(fault, autopilot)
         if key:
-            raise ConfigError(str(path), f"fault {number} ({fault.kind}): {key}", reason)
+            raise ConfigError(path, f"fault {number} ({fault.kind}): {key}", reason)
     return faults
 
 

@@ -257,6 +257,6 @@ def test_without_faults_that_act_the_bytes_are_the_same(pilot):
 
 def test_a_fault_that_is_added_counts_from_the_moment_that_is_given(pilot):
     p = pilot().run(2.0)
-    p.mock.fail(Silent(kind="silent", for_s=0.5), p.now_us)
+    p.mock.fail(Silent(kind="silent", for_s=0.5))
     p.forget()
     assert min(p.run(1.0).stamps_us("ATTITUDE")) == pytest.approx(2_500_000, abs=10_000)
