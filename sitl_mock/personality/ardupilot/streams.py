@@ -6,6 +6,7 @@ whatever the tick; faster than a tick (250 Hz here, 400 on the real one) is acce
 
 from __future__ import annotations
 
+from mavquad.endpoint import NEVER_US
 from mavquad.protocol.codec import mavlink
 
 LEAST_INTERVAL_MS = 3
@@ -79,5 +80,5 @@ class Streams:
         for message_id in ids:
             interval = self._interval_us[message_id] * (_BUSY_FACTOR if is_busy and message_id else 1)
             due_us[message_id] = max(due_us[message_id] + interval, boot_us - interval)
-        self._next_us = min(due_us.values())
+        self._next_us = min(due_us.values(), default=NEVER_US)
         return ids
