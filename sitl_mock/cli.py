@@ -18,120 +18,122 @@ from mavquad.errors import InputError, MavquadError
 from sitl_mock.clock import SimClock
 from sitl_mock.config import MockConfig
 from sitl_mock.endpoints import links_of, parse_endpoint
-from sitl_mock.options import load_config, three_numbers
+from sitl_mock.options import Options, load_config, three_numbers
 from sitl_mock.server import Server, VehicleSpec
 from sitl_mock.words import announcement, opening_lines, summary_lines
 
 EXIT_CODES = """\
-Exit codes: 0 ended by Ctrl-C, SIGTERM, or with --announce the end of standard input; 2 bad input: an option, a file,
-a port that is taken; 70 an error of the mock itself."""
+Exit codes: 0 ended by Ctrl-C, SIGTERM or, with --announce, the end of standard input; \
+2 bad input: an option, a file, a port that is taken; 70 an error of the mock itself."""
 
 SPEED_MIN, SPEED_MAX = 0.01, 100.0
 VEHICLES_MAX = 250
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
+
+def _option(panel: str, help_: str, *names: str, metavar: str | None = None, **more: Any) -> Any:
+    return typer.Option(*names, help=help_, metavar=metavar, rich_help_panel=panel, **{"show_default": False, **more})
+
+
 _VEHICLE, _WORLD, _LINKS = "The vehicle", "Its world", "Links and time"
+_Autopilot = Annotated[str | None, _option(_VEHICLE, "px4 (the default) or ardupilot.", metavar="NAME")]
+_Firmware = Annotated[
+    str | None, _option(_VEHICLE, "PX4 1.13 (the default), 1.15 or 1.16; ArduCopter 4.7.", metavar="RELEASE")
+]
+_Vehicle = Annotated[
+    str | None,
+    _option(_VEHICLE, "sih (PX4's, the default), arducopter (ArduPilot's), or a TOML file.", metavar="NAME|FILE"),
+]
+_Instance = Annotated[int, _option(_VEHICLE, "Number of the simulator, for its ports.", metavar="N", min=0, max=200)]
+_Vehicles = Annotated[int, _option(_VEHICLE, "How many, in this one process.", metavar="N", min=1, max=VEHICLES_MAX)]
+_SystemId = Annotated[
+    int | None,
+    _option(
+        _VEHICLE,
+        "System id of the first; else PX4's is its instance + 1, ArduPilot's is 1.",
+        metavar="ID",
+        min=1,
+        max=255,
+    ),
+]
+_Ready = Annotated[float | None, _option(_VEHICLE, "Time from boot until it can be armed.", metavar="SECONDS")]
+_Wind = Annotated[str | None, _option(_WORLD, "Wind towards north, east, down in m/s, e.g. 3,0,0.", metavar="N,E,D")]
+_Gusts = Annotated[float | None, _option(_WORLD, "Standard deviation of gusts in m/s.", metavar="M_S")]
+_Faults = Annotated[
+    list[Path] | None,
+    _option(_WORLD, "TOML with \\[\\[fault]]: what goes wrong, and when. Repeatable.", metavar="FILE"),
+]
+_Seed = Annotated[
+    int,
+    _option(_WORLD, "Of everything random; the next vehicle has the next seed.", metavar="N", min=0, show_default=True),
+]
+_File = Annotated[
+    Path | None,
+    _option(
+        _WORLD,
+        "TOML: the mock's keys, or a file with a \\[mock] table; options win over it.",
+        "--config",
+        metavar="FILE",
+    ),
+]
+_Endpoints = Annotated[
+    list[str] | None,
+    _option(
+        _LINKS,
+        "udpin:HOST:PORT, udpout:HOST:PORT or tcpin:HOST:PORT, in place of the usual ports. Repeatable.",
+        "--endpoint",
+        metavar="URL",
+    ),
+]
+_AnswerAll = Annotated[
+    bool, _option(_LINKS, "Answer everybody who speaks to a UDP port, not the first alone.", "--answer-all")
+]
+_Speed = Annotated[
+    float,
+    _option(_LINKS, "Times real time, e.g. 2 or 0.5.", metavar="X", min=SPEED_MIN, max=SPEED_MAX, show_default=True),
+]
+_Announce = Annotated[
+    bool, _option(_LINKS, "Print the URLs for clients as JSON on stdout; end when stdin closes.", "--announce")
+]
 
 
 @app.command(epilog=EXIT_CODES)
 def run(
-    autopilot: Annotated[
-        str | None, typer.Option(help="px4 (default) or ardupilot.", show_default=False, rich_help_panel=_VEHICLE)
-    ] = None,
-    firmware: Annotated[
-        str | None,
-        typer.Option(
-            help="Release: 1.13 (default), 1.15 or 1.16 of PX4; 4.7 of ArduCopter.",
-            show_default=False,
-            rich_help_panel=_VEHICLE,
-        ),
-    ] = None,
-    instance: Annotated[
-        int, typer.Option(min=0, max=200, help="Number of the simulator, for its ports.", rich_help_panel=_VEHICLE)
-    ] = 0,
-    vehicles: Annotated[
-        int, typer.Option(min=1, max=VEHICLES_MAX, help="How many, in this process.", rich_help_panel=_VEHICLE)
-    ] = 1,
-    system_id: Annotated[
-        int | None,
-        typer.Option(
-            min=1,
-            max=255,
-            help="MAVLink system id of the first; else PX4's is its instance + 1, ArduPilot's 1.",
-            show_default=False,
-            rich_help_panel=_VEHICLE,
-        ),
-    ] = None,
-    ready: Annotated[
-        float | None,
-        typer.Option(help="Seconds from boot until it can arm.", show_default=False, rich_help_panel=_VEHICLE),
-    ] = None,
-    wind: Annotated[
-        str | None,
-        typer.Option(help="Wind towards N,E,D in m/s, e.g. 3,0,0.", show_default=False, rich_help_panel=_WORLD),
-    ] = None,
-    gusts: Annotated[
-        float | None, typer.Option(help="Standard deviation of gusts, m/s.", show_default=False, rich_help_panel=_WORLD)
-    ] = None,
-    fault: Annotated[
-        list[Path] | None,
-        typer.Option(
-            help="TOML file with \\[\\[faults]]; may be repeated.", show_default=False, rich_help_panel=_WORLD
-        ),
-    ] = None,
-    seed: Annotated[
-        int, typer.Option(min=0, help="Of everything random; vehicle k has seed + k.", rich_help_panel=_WORLD)
-    ] = 1,
-    config: Annotated[
-        Path | None,
-        typer.Option(
-            help="TOML file: the mock's keys, or a file with a \\[mock] table. Options win.",
-            show_default=False,
-            rich_help_panel=_WORLD,
-        ),
-    ] = None,
-    endpoint: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="udpin:HOST:PORT, udpout:HOST:PORT or tcpin:HOST:PORT in place of the usual ports; may be repeated.",
-            show_default=False,
-            rich_help_panel=_LINKS,
-        ),
-    ] = None,
-    answer_all: Annotated[
-        bool,
-        typer.Option(
-            "--answer-all", help="Answer everybody on a UDP port, not the first alone.", rich_help_panel=_LINKS
-        ),
-    ] = False,
-    speed: Annotated[
-        float,
-        typer.Option(min=SPEED_MIN, max=SPEED_MAX, help="Simulated seconds a second.", rich_help_panel=_LINKS),
-    ] = 1.0,
-    announce: Annotated[
-        bool,
-        typer.Option(
-            "--announce",
-            help="Print the URLs for clients as JSON on stdout; end when stdin closes.",
-            rich_help_panel=_LINKS,
-        ),
-    ] = False,
+    autopilot: _Autopilot = None,
+    firmware: _Firmware = None,
+    vehicle: _Vehicle = None,
+    instance: _Instance = 0,
+    vehicles: _Vehicles = 1,
+    system_id: _SystemId = None,
+    ready: _Ready = None,
+    wind: _Wind = None,
+    gusts: _Gusts = None,
+    fault: _Faults = None,
+    seed: _Seed = 1,
+    config: _File = None,
+    endpoint: _Endpoints = None,
+    answer_all: _AnswerAll = False,
+    speed: _Speed = 1.0,
+    announce: _Announce = False,
 ) -> None:
     """Run mock vehicles that speak MAVLink, on the ports of the real simulators.
 
-    PX4, instance N: from UDP 14580+N to 14540+N (companion computer), from 18570+N to 14550 (ground station).
-    ArduPilot, instance N: TCP 5760+10N, 5762+10N and 5763+10N; it boots when a client connects to the first of them.
-    Further vehicles are the next instances; with --endpoint, each listens one port higher.
+    PX4, instance N: UDP 14580+N speaks to 14540+N at once (companion computer), 18570+N to 14550 (ground station).
+
+    ArduPilot, instance N: TCP 5760+10N, 5762+10N, 5763+10N; it boots when a client connects to the first.
+
+    Further vehicles are the next instances. With --endpoint, each vehicle listens one port higher than the one before.
+    An endpoint may end in :gcs (PX4: a link for a ground station) or :wait (TCP: boot when a client connects).
     """
-    options: dict[str, Any] = {
-        "autopilot": autopilot,
-        "firmware": firmware,
-        "ready_s": ready,
-        "gusts_m_s": gusts,
-        "wind_ned_m_s": None if wind is None else three_numbers("--wind", wind),
+    options: Options = {
+        "--autopilot": ("autopilot", autopilot),
+        "--firmware": ("firmware", firmware),
+        "--ready": ("ready_s", ready),
+        "--wind": ("wind_ned_m_s", None if wind is None else three_numbers("--wind", wind)),
+        "--gusts": ("gusts_m_s", gusts),
     }
-    mock = load_config(config, options, fault or ())
+    mock = load_config(config, options, vehicle, fault or ())
     first_id = first_system_id(mock, system_id, instance)
     specs = fleet(mock, vehicles, instance, first_id, seed, endpoint or [])
     asyncio.run(_serve(specs, speed, answer_all, announce))

@@ -1,53 +1,70 @@
-"""What a user's options and files say about a mock vehicle, as the table that `MockConfig` checks."""
+"""What a user's options and files say about a mock vehicle."""
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from mavquad.errors import ConfigError, InputError
-from mavquad.schema import Section, parse_section
+from mavquad.schema import parse_section
 from sitl_mock.config import MockConfig
-from sitl_mock.config.faults import Fault
+from sitl_mock.config.faults import load_faults
+from sitl_mock.config.vehicle import load_vehicle
+
+Options = Mapping[str, tuple[str, Any]]
+"""Of each option, the key of `MockConfig` that it sets and the value; None leaves the key as it is."""
+
+_NAME = "sitl-mock"
+_IDEAL_LINK = {"latency_ms": 0.0}
+"""On a socket, the network has the delays; those of a simulated link are added only if they are asked for."""
 
 
-class _FaultFile(Section):
-    """A file of scripted faults, each a table `[[faults]]`."""
+def load_config(path: Path | None, options: Options, vehicle: str | None, faults: Sequence[Path]) -> MockConfig:
+    """The configuration in a file, or the default one, with the options laid over it.
 
-    faults: tuple[Fault, ...]
-    """Scripted faults."""
-
-
-def read_table(path: Path) -> dict[str, Any]:
-    """A TOML file's [mock] table, or the whole file where it has none.
+    Args:
+        path: a TOML file with the mock's keys, or with a table [mock] of them.
+        options: what they set.
+        vehicle: name or file of the vehicle, in place of the file's.
+        faults: fault files, whose faults come on top of the file's.
 
     Raises:
-        ConfigError: the file cannot be read, or [mock] is no table.
+        ConfigError: a file cannot be read or a value is not allowed; it names the option or the file.
     """
+    table = _table(path) if path is not None else {}
+    table = {"link": _IDEAL_LINK, **table, **{key: value for key, value in options.values() if value is not None}}
+    if vehicle is not None:
+        table["vehicle"] = load_vehicle(vehicle).model_dump(mode="json")
+    try:
+        config = parse_section(MockConfig, table, str(path) if path is not None else _NAME, "mock")
+    except ConfigError as error:
+        raise _blaming_options(error, options) from None
+    more = tuple(fault for file in faults for fault in load_faults(file, config.autopilot))
+    return config.model_copy(update={"faults": config.faults + more})
+
+
+def _table(path: Path) -> dict[str, Any]:
     try:
         document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise ConfigError(str(path), "", reason) from None
+    except OSError as error:
+        raise ConfigError(str(path), "", f"cannot be read ({(error.strerror or str(error)).lower()})") from None
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ConfigError(str(path), "", f"not a TOML file: {error}") from None
     table = document.get("mock", document)
     if not isinstance(table, dict):
         raise ConfigError(str(path), "mock", "must be a table")
     return table
 
 
-def read_faults(paths: Sequence[Path]) -> list[dict[str, Any]]:
-    """The faults of some files, checked, as tables.
-
-    Raises:
-        ConfigError: a file cannot be read, or a key of it is wrong.
-    """
-    tables: list[dict[str, Any]] = []
-    for path in paths:
-        checked = parse_section(_FaultFile, read_table(path), str(path))
-        tables += checked.model_dump(mode="json")["faults"]
-    return tables
+def _blaming_options(error: ConfigError, options: Options) -> ConfigError:
+    """The error, about the option if one set the key; a contradiction between keys begins with one of them."""
+    for option, (key, value) in options.items():
+        is_key = error.key == f"mock.{key}" or error.key.startswith(f"mock.{key}.")
+        if value is not None and (is_key or (error.key == "mock" and error.reason.startswith(key))):
+            return ConfigError(option, "", error.reason)
+    return error
 
 
 def three_numbers(option: str, text: str) -> list[float]:
@@ -61,18 +78,5 @@ def three_numbers(option: str, text: str) -> list[float]:
     except ValueError:
         numbers = []
     if len(numbers) != 3:
-        raise InputError(f"{option} {text}: not three numbers", f"write N,E,D in m/s, e.g. {option} 3,0,0")
+        raise InputError(f"{option}: {text!r} is not three numbers", f"write N,E,D in m/s, e.g. {option} 3,0,0")
     return numbers
-
-
-def load_config(path: Path | None, options: dict[str, Any], faults: Sequence[Path] = ()) -> MockConfig:
-    """The configuration in a file, or the default one, with the options laid over it; None leaves a key as it is.
-
-    Raises:
-        ConfigError: a file cannot be read or a value is not allowed.
-    """
-    table = read_table(path) if path is not None else {}
-    table = {**table, **{key: value for key, value in options.items() if value is not None}}
-    if faults:
-        table["faults"] = [*table.get("faults", ()), *read_faults(faults)]
-    return parse_section(MockConfig, table, str(path) if path is not None else "sitl-mock", "mock")
