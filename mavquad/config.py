@@ -55,11 +55,19 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class Override:
-    """A value laid over the file's: `option` is what the user wrote, for the message."""
+    """A value laid over the file's.
+
+    Attributes:
+        key: where it goes, e.g. "law.omega0_rad_s".
+        text: the value in TOML, or a text as it is.
+        option: what the user wrote, for the message.
+        adds: the value is an array, and goes on top of the file's.
+    """
 
     key: str
     text: str
     option: str = "--set"
+    adds: bool = False
 
 
 def parse_override(assignment: str) -> Override:
@@ -88,7 +96,9 @@ def with_overrides(tables: Mapping[str, Any], overrides: Iterable[Override]) -> 
             table = table.setdefault(part, {})
             if not isinstance(table, dict):
                 raise ConfigError(override.option, override.key, f"{part!r} is a value, not a table")
-        table[name] = _toml_value(override.text)
+        value = _toml_value(override.text)
+        before = table.get(name)
+        table[name] = [*before, *value] if override.adds and isinstance(before, list) else value
     return merged
 
 
@@ -149,8 +159,9 @@ def blaming_options(overrides: Sequence[Override]) -> Iterator[None]:
                 raise ConfigError(
                     override.option, error.key if override.option == "--set" else "", error.reason
                 ) from None
-        for override in overrides:
-            # A section as a whole is wrong, and an option changed a key of it.
+        reason = error.reason
+        for override in sorted(overrides, key=lambda override: override.key.rpartition(".")[2] not in reason):
+            # A section as a whole is wrong, and an option changed a key of it: one that the reason names, if any.
             if _is_within(override.key, error.key):
                 raise ConfigError(f"{override.option} {override.key}", "", error.reason) from None
         for override in overrides:

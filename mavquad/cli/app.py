@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from mavquad import __version__
+from mavquad.cli.mock_options import fault_overrides, mock_options
 from mavquad.cli.outcome import EXIT_CODES, run
 from mavquad.config import Override, parse_override
 from mavquad.errors import ConfigError
@@ -75,7 +76,18 @@ SetOption = Annotated[
 ]
 RunDirOption = Annotated[Path | None, typer.Option(help="Run folder; new, or empty.", show_default=False)]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the summary, and nothing else, on stdout.")]
-WindOption = Annotated[str | None, typer.Option(help="Wind N,E,D in m/s.", show_default=False)]
+WindOption = Annotated[str | None, typer.Option(help="Of the mock: wind N,E,D in m/s.", show_default=False)]
+AutopilotOption = Annotated[str | None, typer.Option(help="Of the mock: px4 or ardupilot.", show_default=False)]
+FirmwareOption = Annotated[
+    str | None, typer.Option(help="Of the mock: PX4 1.13, 1.15, 1.16; ArduCopter 4.7.", show_default=False)
+]
+VehicleOption = Annotated[
+    str | None, typer.Option(help="Of the mock: sih, arducopter, or a TOML file.", show_default=False)
+]
+FaultOption = Annotated[
+    list[Path] | None,
+    typer.Option(help="Of the mock: TOML file of scripted faults; may be repeated.", show_default=False),
+]
 LatencyOption = Annotated[float | None, typer.Option(help="Delay of the link, each way, ms.", show_default=False)]
 JitterOption = Annotated[float | None, typer.Option(help="Largest further delay, each way, ms.", show_default=False)]
 LossOption = Annotated[float | None, typer.Option(help="Share of frames lost, each way, 0 to 1.", show_default=False)]
@@ -94,6 +106,10 @@ def fly(
     force: ForceOption = False,
     seed: SeedOption = None,
     wind: WindOption = None,
+    autopilot: AutopilotOption = None,
+    firmware: FirmwareOption = None,
+    vehicle: VehicleOption = None,
+    fault: FaultOption = None,
     set_: SetOption = None,
     run_dir: RunDirOption = None,
     json: JsonOption = False,
@@ -105,9 +121,9 @@ def fly(
         "--connect": {"link.url": connect},
         **_mission(mission, goto, file, duration),
         **_law(depth, law, force),
-        **_mock(seed, wind),
+        **_mock(seed, wind, autopilot, firmware, vehicle),
     }
-    return command(config, _overrides(set_, options), run_dir, json)
+    return command(config, _overrides(set_, options, fault), run_dir, json)
 
 
 @app.command(epilog="Exit codes: see mavquad --help.")
@@ -122,6 +138,10 @@ def sim(
     force: ForceOption = False,
     seed: SeedOption = None,
     wind: WindOption = None,
+    autopilot: AutopilotOption = None,
+    firmware: FirmwareOption = None,
+    vehicle: VehicleOption = None,
+    fault: FaultOption = None,
     latency_ms: LatencyOption = None,
     jitter_ms: JitterOption = None,
     loss: LossOption = None,
@@ -135,12 +155,12 @@ def sim(
     options: Options = {
         **_mission(mission, goto, file, duration),
         **_law(depth, law, force),
-        **_mock(seed, wind),
+        **_mock(seed, wind, autopilot, firmware, vehicle),
         "--latency-ms": {"mock.link.latency_ms": latency_ms},
         "--jitter-ms": {"mock.link.jitter_ms": jitter_ms},
         "--loss": {"mock.link.loss": loss},
     }
-    return command(config, _overrides(set_, options), run_dir, json)
+    return command(config, _overrides(set_, options, fault), run_dir, json)
 
 
 @app.command(epilog="Exit codes: see mavquad --help.")
@@ -206,7 +226,7 @@ def tune(
     return command(config, overrides, limits, TuneOptions(output, write, force, json))
 
 
-def _overrides(own: list[str] | None, options: Options) -> list[Override]:
+def _overrides(own: list[str] | None, options: Options, faults: list[Path] | None = None) -> list[Override]:
     """An option {--name: {key: value}} sets keys of the configuration; what --set says of the same key wins."""
     given = [
         Override(key, str(value), option)
@@ -214,7 +234,8 @@ def _overrides(own: list[str] | None, options: Options) -> list[Override]:
         for key, value in keys.items()
         if value is not None
     ]
-    return given + [parse_override(assignment) for assignment in own or []]
+    set_ = [parse_override(assignment) for assignment in own or []]
+    return given + set_ + fault_overrides(faults or ())
 
 
 def _mission(mission: str | None, goto: str | None, file: Path | None, duration: float | None) -> Options:
@@ -239,8 +260,14 @@ def _law(depth: str | None, law: str | None, force: bool) -> Options:
     }
 
 
-def _mock(seed: int | None, wind: str | None) -> Options:
-    return {"--seed": {"seed": seed}, "--wind": {"mock.wind_ned_m_s": _vector("--wind", wind, "m/s")}}
+def _mock(
+    seed: int | None, wind: str | None, autopilot: str | None, firmware: str | None, vehicle: str | None
+) -> Options:
+    return {
+        "--seed": {"seed": seed},
+        "--wind": {"mock.wind_ned_m_s": _vector("--wind", wind, "m/s")},
+        **mock_options(autopilot, firmware, vehicle),
+    }
 
 
 def _vector(option: str, text: str | None, unit: str) -> str | None:

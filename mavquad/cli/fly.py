@@ -12,6 +12,7 @@ from pathlib import Path
 from mavquad.agent import Agent
 from mavquad.cli.display import Display
 from mavquad.cli.flight import Flight, default_run_dir, load_config
+from mavquad.cli.mock_options import refuse_without_mock
 from mavquad.cli.mock_process import start_mock
 from mavquad.cli.outcome import show
 from mavquad.config import Config, Override
@@ -26,6 +27,7 @@ REFRESH_S = 0.25
 def fly(path: Path | None, overrides: list[Override], run_dir: Path | None, as_json: bool) -> int:
     """Fly; returns the exit code."""
     config, _ = load_config(path, overrides)
+    refuse_without_mock(config, overrides)
     run_dir = run_dir or default_run_dir("fly")
     if config.link.url != MOCK:
         return asyncio.run(_fly(config, run_dir, as_json))
