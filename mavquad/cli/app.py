@@ -9,7 +9,6 @@ from typing import Annotated
 import typer
 
 from mavquad import __version__
-from mavquad.cli.mock_options import fault_overrides, mock_options
 from mavquad.cli.outcome import EXIT_CODES, run
 from mavquad.config import Override, parse_override
 from mavquad.errors import ConfigError
@@ -228,6 +227,8 @@ def tune(
 
 def _overrides(own: list[str] | None, options: Options, faults: list[Path] | None = None) -> list[Override]:
     """An option {--name: {key: value}} sets keys of the configuration; what --set says of the same key wins."""
+    from mavquad.cli.mock_options import fault_overrides
+
     given = [
         Override(key, str(value), option)
         for option, keys in options.items()
@@ -263,6 +264,8 @@ def _law(depth: str | None, law: str | None, force: bool) -> Options:
 def _mock(
     seed: int | None, wind: str | None, autopilot: str | None, firmware: str | None, vehicle: str | None
 ) -> Options:
+    from mavquad.cli.mock_options import mock_options
+
     return {
         "--seed": {"seed": seed},
         "--wind": {"mock.wind_ned_m_s": _vector("--wind", wind, "m/s")},
