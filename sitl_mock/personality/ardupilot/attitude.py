@@ -29,7 +29,12 @@ RATE_BANDWIDTH = (38.0, 38.0, 4.3)
 _RATE_INTEGRAL = (1.0, 1.0, 0.07)
 """1/s, ATC_RAT_*_I over P."""
 _INTEGRAL_MAX = 0.5
+_FILTER = 1.0 - math.exp(-2.0 * math.pi * 20.0 * 0.004)
+"""What a first-order filter at 20 Hz (ATC_RAT_*_FLTT) lets through in one tick of 4 ms."""
 _ATTITUDE_P = (4.5, 4.5, 4.5)
+_ATTITUDE_P_OF_RATES = (1.5, 1.5, 1.5)
+"""1/s, towards an attitude that was asked for (ATC_ANG_*_P), and towards the one that rates have led to: chosen so that a
+step of the rates is answered as was recorded."""
 _NO_LIMITS = (math.inf, math.inf, math.inf)
 
 
@@ -55,6 +60,7 @@ class AttitudeState:
     target: Quaternion = IDENTITY
     target_rates_rad_s: Vec3 = ZERO3
     integral_norm: Vec3 = ZERO3
+    filtered_rad_s: Vec3 = ZERO3
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +103,7 @@ def move_target(shape: Shape, state: AttitudeState, wanted: RatesInput | Attitud
     rates = _target_rates(shape, state, wanted, dt_s)
     half = 0.5 * dt_s
     target = normalised(multiply(state.target, (1.0, half * rates[0], half * rates[1], half * rates[2])))
-    return AttitudeState(target, rates, state.integral_norm)
+    return AttitudeState(target, rates, state.integral_norm, state.filtered_rad_s)
 
 
 def _target_rates(shape: Shape, state: AttitudeState, wanted: RatesInput | AttitudeInput, dt_s: float) -> Vec3:
@@ -135,18 +141,23 @@ def sqrt_control(error: float, gain: float, deceleration: float) -> float:
     return math.copysign(math.sqrt(2.0 * deceleration * (abs(error) - bend / 2.0)), error)
 
 
-def follow(gains: RateGains, state: AttitudeState, estimate: Estimate, dt_s: float) -> tuple[Vec3, Vec3, AttitudeState]:
+def follow(
+    gains: RateGains, state: AttitudeState, is_rates: bool, estimate: Estimate, dt_s: float
+) -> tuple[Vec3, Vec3, AttitudeState]:
     """(torque as a share of the full one, body rates asked for in rad/s, state): the body follows the target."""
     forward = rotate(multiply(conjugate(estimate.quaternion), state.target), state.target_rates_rad_s)
-    back = wanted_rates(estimate.quaternion, state.target, 0.0, _ATTITUDE_P, 1.0, _NO_LIMITS)
+    back_gains = _ATTITUDE_P_OF_RATES if is_rates else _ATTITUDE_P
+    back = wanted_rates(estimate.quaternion, state.target, 0.0, back_gains, 1.0, _NO_LIMITS)
     wanted = (back[0] + forward[0], back[1] + forward[1], back[2] + forward[2])
-    torque, integral = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
+    torque, integral, filtered = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
     for i in range(3):
-        error = wanted[i] - estimate.rates_frd_rad_s[i]
+        filtered[i] = state.filtered_rad_s[i] + _FILTER * (wanted[i] - state.filtered_rad_s[i])
+        error = filtered[i] - estimate.rates_frd_rad_s[i]
         change = gains.p[i] * gains.i[i] * error * dt_s
         integral[i] = _limited(state.integral_norm[i] + change, _INTEGRAL_MAX)
         torque[i] = _limited(gains.p[i] * error + integral[i], 1.0)
-    after = AttitudeState(state.target, state.target_rates_rad_s, (integral[0], integral[1], integral[2]))
+    sums, smooth = (integral[0], integral[1], integral[2]), (filtered[0], filtered[1], filtered[2])
+    after = AttitudeState(state.target, state.target_rates_rad_s, sums, smooth)
     return (torque[0], torque[1], torque[2]), wanted, after
 
 

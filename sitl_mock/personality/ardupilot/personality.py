@@ -224,7 +224,10 @@ class ArduCopter:
         self._attitude = attitude.move_target(shape, self._attitude, demand.attitude, dt_s)
         if self._truth.on_ground:
             self._attitude = attitude.AttitudeState(self._attitude.target, self._attitude.target_rates_rad_s)
-        torque, self._rates_target, self._attitude = attitude.follow(self._gains, self._attitude, estimate, dt_s)
+        is_rates = isinstance(demand.attitude, attitude.RatesInput)
+        torque, self._rates_target, self._attitude = attitude.follow(
+            self._gains, self._attitude, is_rates, estimate, dt_s
+        )
         self._thrust_norm = demand.thrust_norm * self._fading(boot_us)
         lift = boosted(self._thrust_norm, self._attitude.target, bool(params["ATC_ANGLE_BOOST"]))
         given = motors.commands(self._vehicle, motors.mix(self._vehicle.frame, torque, lift))
