@@ -38,9 +38,8 @@ def load_parameters(package: str, file: str) -> tuple[Parameter, ...]:
         package: where the file lies, e.g. "sitl_mock.personality.px4".
         file: its name.
     """
-    with files(package).joinpath(file).open(encoding="ascii", newline="") as lines:
-        rows = csv.DictReader(line for line in lines if not line.startswith("#"))
-        return tuple(_parameter(row) for row in rows)
+    lines = files(package).joinpath(file).read_text(encoding="ascii").splitlines()
+    return tuple(_parameter(row) for row in csv.DictReader(line for line in lines if not line.startswith("#")))
 
 
 def _parameter(row: dict[str, str]) -> Parameter:

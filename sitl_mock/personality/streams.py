@@ -1,65 +1,94 @@
-"""Which telemetry is due: default rates, SET_MESSAGE_INTERVAL, and what the autopilot can deliver.
+"""Which telemetry is due: default rates, SET_MESSAGE_INTERVAL, and how often there is something new to tell.
 
-A stream is due in the first tick of each of its periods counted from boot, so that two streams of the same rate fall
-into the same tick whenever they were asked for.
+A message is due in the first tick of each of its periods counted from boot, so that two streams of the same rate fall
+into the same tick whenever they were asked for; and only when what it tells has been worked out anew since.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
 
 from mavquad.endpoint import NEVER_US
 
-_TICK_HZ = 250.0
+OFF_HZ = 0.0
+UNLIMITED_HZ = math.inf
+
+
+class StreamKind(NamedTuple):
+    """A stream that a link has.
+
+    Attributes:
+        message_id: of its message.
+        default_hz: its rate at boot; `OFF_HZ`: not sent unless asked for, `UNLIMITED_HZ`: whatever is new.
+        update_us: how often what it tells is worked out anew.
+    """
+
+    message_id: int
+    default_hz: float
+    update_us: int
+
+    @property
+    def default_us(self) -> int:
+        """Its interval at boot; 0: not sent, -1: unlimited."""
+        if self.default_hz == UNLIMITED_HZ:
+            return -1
+        return round(1e6 / self.default_hz) if self.default_hz > 0 else 0
 
 
 class Streams:
     """The intervals in force on one link, and the messages due now.
 
     Args:
-        default_hz: every stream by message id, in the order in which one tick sends them, with its rate at boot.
-        fastest_hz: the most that some of them can do; the others, one message a tick.
+        kinds: every stream, in the order in which one tick sends them.
         unsent: ids of streams that the real autopilot has and the mock does not send; asking for them is accepted.
+
+    Attributes:
+        next_us: nothing is due before.
     """
 
-    def __init__(
-        self, default_hz: Mapping[int, float], fastest_hz: Mapping[int, float], unsent: frozenset[int] = frozenset()
-    ) -> None:
-        self._default_hz = default_hz
-        self._fastest_hz = fastest_hz
+    def __init__(self, kinds: Iterable[StreamKind], unsent: frozenset[int] = frozenset()) -> None:
+        self._kinds = {kind.message_id: kind for kind in kinds}
         self._unsent = unsent
-        self._interval_us = {message_id: self._period_us(message_id, 1e6 / hz) for message_id, hz in default_hz.items()}
-        self._due_us = dict.fromkeys(default_hz, 0)
-
-    def _period_us(self, message_id: int, asked_us: float) -> int:
-        return round(max(asked_us, 1e6 / self._fastest_hz.get(message_id, _TICK_HZ)))
+        self._interval_us = {message_id: kind.default_us for message_id, kind in self._kinds.items()}
+        self._due_us = {message_id: NEVER_US if us == 0 else 0 for message_id, us in self._interval_us.items()}
+        self.next_us = 0
 
     def set_interval(self, message_id: int, interval_us: float, boot_us: int) -> bool:
         """Obey SET_MESSAGE_INTERVAL: 0 restores the default, below 0 stops. False for a message without a stream."""
         if message_id in self._unsent:
             return True
-        if message_id not in self._default_hz:
+        kind = self._kinds.get(message_id)
+        if kind is None:
             return False
         if interval_us < 0:
-            self._interval_us[message_id] = -1
-            self._due_us[message_id] = NEVER_US
-            return True
-        asked_us = interval_us if interval_us > 0 else 1e6 / self._default_hz[message_id]
-        self._interval_us[message_id] = self._period_us(message_id, asked_us)
-        self._schedule(message_id, boot_us)
+            self._interval_us[message_id] = 0
+        else:
+            self._interval_us[message_id] = max(1, round(interval_us)) if interval_us > 0 else kind.default_us
+        self._due_us[message_id] = self._after(message_id, boot_us)
+        self.next_us = min(self._due_us.values())
         return True
 
     def interval_us(self, message_id: int) -> int:
-        """The interval in force; -1 stopped, 0 no such stream (MESSAGE_INTERVAL's convention)."""
+        """What PX4 answers to GET_MESSAGE_INTERVAL: the interval asked for; -1 unlimited; 0 stopped, or no such stream."""
         return self._interval_us.get(message_id, 0)
 
     def due(self, boot_us: int) -> list[int]:
         """Ids of the messages to send in this tick."""
-        ids = [message_id for message_id, due_us in self._due_us.items() if due_us <= boot_us]
+        if boot_us < self.next_us:
+            return []
+        due_us = self._due_us
+        ids = [message_id for message_id, at_us in due_us.items() if at_us <= boot_us]
         for message_id in ids:
-            self._schedule(message_id, boot_us)
+            due_us[message_id] = self._after(message_id, boot_us)
+        self.next_us = min(due_us.values())
         return ids
 
-    def _schedule(self, message_id: int, boot_us: int) -> None:
-        interval = self._interval_us[message_id]
-        self._due_us[message_id] = (boot_us // interval + 1) * interval
+    def _after(self, message_id: int, boot_us: int) -> int:
+        """When a stream is due next: its next period has begun, and there is something new."""
+        interval_us, update_us = self._interval_us[message_id], self._kinds[message_id].update_us
+        if interval_us == 0:
+            return NEVER_US
+        news_us = (boot_us // update_us + 1) * update_us
+        return news_us if interval_us < 0 else max((boot_us // interval_us + 1) * interval_us, news_us)

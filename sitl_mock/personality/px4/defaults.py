@@ -2,34 +2,38 @@
 
 from __future__ import annotations
 
+from sitl_mock.config import Px4Release
+from sitl_mock.personality.parameter_table import Parameter, ParameterValue, load_parameters
 from sitl_mock.plant import VehicleParams
 
+_TABLES: dict[Px4Release, str] = {
+    "1.13": "parameters_1.13.csv",
+    "1.15": "parameters_1.16.csv",
+    "1.16": "parameters_1.16.csv",
+}
+"""1.15 has not been recorded."""
+_BURST_US: dict[Px4Release, int] = {"1.13": 10_200, "1.15": 20_000, "1.16": 20_000}
 
-def px4_defaults(system_id: int, com_rcl_except: int, vehicle: VehicleParams) -> dict[str, int | float]:
-    """The parameters of the mock, by name: int for INT32, float for REAL32; values of PX4 1.13 with SIH."""
-    values: dict[str, int | float] = {
-        "COM_ARM_WO_GPS": 1,
-        "COM_DISARM_LAND": 2.0,
-        "COM_DISARM_PRFLT": 10.0,
-        "COM_OBL_ACT": 0,
-        "COM_OBL_RC_ACT": 0,
-        "COM_OF_LOSS_T": 1.0,
+
+def px4_parameters(
+    release: Px4Release, system_id: int, com_rcl_except: int, vehicle: VehicleParams
+) -> tuple[Parameter, ...]:
+    """Every parameter as recorded from the release with SIH, with the mock's own values in place of some."""
+    own = _own_values(system_id, com_rcl_except, vehicle)
+    recorded = load_parameters(__package__, _TABLES[release])
+    return tuple(row._replace(value=own.get(row.name, row.value)) for row in recorded)
+
+
+def burst_us(release: Px4Release) -> int:
+    """From one burst of a parameter list to the next, as recorded: 722 parameters in 0.37 s, 893 in 0.88 s."""
+    return _BURST_US[release]
+
+
+def _own_values(system_id: int, com_rcl_except: int, vehicle: VehicleParams) -> dict[str, ParameterValue]:
+    return {
         "COM_RCL_EXCEPT": com_rcl_except,
-        "COM_RC_IN_MODE": 1,
-        "MAV_COMP_ID": 1,
         "MAV_SYS_ID": system_id,
-        "MAV_TYPE": 2,
-        "MC_ROLLRATE_MAX": 220.0,
-        "MC_YAWRATE_MAX": 200.0,
         "MIS_TAKEOFF_ALT": 2.5,
-        "MPC_LAND_SPEED": 0.7,
-        "MPC_THR_HOVER": 0.5,
-        "MPC_THR_MAX": 1.0,
-        "MPC_THR_MIN": 0.12,
-        "MPC_TILTMAX_AIR": 45.0,
-        "MPC_TKO_SPEED": 1.5,
-        "NAV_DLL_ACT": 0,
-        "NAV_RCL_ACT": 2,
         "SIH_IXX": vehicle.inertia_kg_m2[0],
         "SIH_IYY": vehicle.inertia_kg_m2[1],
         "SIH_IZZ": vehicle.inertia_kg_m2[2],
@@ -41,6 +45,4 @@ def px4_defaults(system_id: int, com_rcl_except: int, vehicle: VehicleParams) ->
         "SIH_Q_MAX": vehicle.motor_torque_max_nm,
         "SIH_T_MAX": vehicle.motor_thrust_max_n,
         "SIH_T_TAU": vehicle.motor_time_constant_s,
-        "SYS_AUTOSTART": 10040,
     }
-    return dict(sorted(values.items()))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from mavquad.protocol.codec import Message, mavlink
 from sitl_mock import inner_loops
 from sitl_mock.config import MockConfig
@@ -12,10 +14,13 @@ from sitl_mock.personality.params import ParameterServer
 from sitl_mock.personality.px4 import telemetry
 from sitl_mock.personality.px4.commander import Commander
 from sitl_mock.personality.px4.commands import Commands
-from sitl_mock.personality.px4.defaults import px4_defaults
+from sitl_mock.personality.px4.defaults import burst_us, px4_parameters
 from sitl_mock.personality.px4.modes import Mode
 from sitl_mock.personality.px4.offboard import OffboardInput
-from sitl_mock.personality.px4.rates import streams_of
+from sitl_mock.personality.px4.picture import Home, Picture
+from sitl_mock.personality.px4.readings import Readings
+from sitl_mock.personality.px4.reporter import Reporter
+from sitl_mock.personality.px4.sites import ORIGINS
 from sitl_mock.plant import VehicleState
 from sitl_mock.port import AUTOPILOT_COMPONENT, Port
 from sitl_mock.script import Script
@@ -33,31 +38,38 @@ class Px4:
 
     def __init__(self, config: MockConfig, script: Script, ports: tuple[Port, ...], estimate: Estimate) -> None:
         vehicle = config.vehicle.params()
+        self._frame = vehicle.frame
         self._config = config
         self._script = script
         self._gains = inner_loops.Gains(vehicle.hover_thrust_norm, vehicle.gravity_m_s2)
         self._loops = inner_loops.LoopState()
-        self._params = ParameterServer(px4_defaults(config.system_id, config.com_rcl_except, vehicle))
-        self._streams = {port: streams_of(port.kind, config.streams) for port in ports}
-        self._offboard = OffboardInput(config.px4_release)
+        release = config.px4_release
+        self._ports = ports
+        self._origin = ORIGINS[release]
+        parameters = px4_parameters(release, config.system_id, config.com_rcl_except, vehicle)
+        self._params = ParameterServer(parameters, ports, burst_us(release))
+        self._reporter = Reporter(release, ports, config.streams, estimate)
+        self._readings = Readings(release, self._origin, estimate)
+        self._home = Home(ZERO3, estimate.euler_rad[2], 0)
+        self._setpoint: inner_loops.Setpoint | None = None
+        self._offboard = OffboardInput(release)
         self.commander = Commander(
-            config.px4_release, self._params, self._offboard, vehicle.hover_thrust_norm, round(config.ready_s * 1e6)
+            release, self._params, self._offboard, vehicle.hover_thrust_norm, round(config.ready_s * 1e6)
         )
         self._commands = Commands(
-            config.px4_release,
+            release,
             config.system_id,
             self.commander,
             self._params,
             script,
-            telemetry.HOME_ALTITUDE_M,
+            self._origin.altitude_m,
             self._send_by_id,
-            self._set_interval,
+            self._reporter.set_interval,
         )
         self._estimate = estimate
         self._controls = inner_loops.TorqueSetpoint(ZERO3, 0.0)
         self._attitude_thrust_norm = 0.0
         self._motors: Vec4 = (0.0, 0.0, 0.0, 0.0)
-        self._listing_port = ports[0]
 
     @property
     def mode(self) -> str:
@@ -96,10 +108,8 @@ class Px4:
                 self._send(port, ack, boot_us)
         elif kind in _PARAMETERS:
             if self._is_for_us(message):
-                for value in self._params.answer(message):
+                for value in self._params.answer(message, port, boot_us):
                     self._send(port, value, boot_us)
-                if kind == "PARAM_REQUEST_LIST":
-                    self._listing_port = port
         elif kind == "TIMESYNC":
             if message.tc1 == 0:
                 self._send(port, mavlink.MAVLink_timesync_message(boot_us * 1000, message.ts1), boot_us)
@@ -116,26 +126,22 @@ class Px4:
             self._controls = inner_loops.TorqueSetpoint(ZERO3, 0.0)
             self._attitude_thrust_norm = 0.0
             self._motors = (0.0, 0.0, 0.0, 0.0)
+            self._setpoint = None
             return self._motors
         if truth.on_ground:
             self._loops = inner_loops.LoopState(attitude_target=self._loops.attitude_target)
-        setpoint = self.commander.setpoint(estimate, truth.on_ground, boot_us, dt_s)
+        setpoint = self._setpoint = self.commander.setpoint(estimate, truth.on_ground, boot_us, dt_s)
         self._controls, self._loops = inner_loops.step(self._gains, self._loops, setpoint, estimate, dt_s)
         if not isinstance(setpoint, inner_loops.RatesSetpoint):
             self._attitude_thrust_norm = self._controls.thrust_norm
-        self._motors = mix(*self._controls.torque_frd_norm, self._controls.thrust_norm)
+        self._motors = mix(*self._controls.torque_frd_norm, self._controls.thrust_norm, self._frame)
         return self._motors
 
     def report(self, boot_us: int) -> None:
         """Send the telemetry that is due."""
-        picture = None
-        for port, streams in self._streams.items():
-            for message_id in streams.due(boot_us):
-                picture = picture or self._picture(boot_us)
-                self._send_built(port, message_id, picture)
-        value = self._params.next_of_list()
-        if value is not None:
-            self._send(self._listing_port, value, boot_us)
+        self._reporter.publish(self._estimate, boot_us)
+        self._reporter.report(boot_us, partial(self._picture, boot_us))
+        self._params.send_due(boot_us)
         self._send_texts(boot_us)
 
     def _take_setpoint(self, message: Message, boot_us: int) -> None:
@@ -149,47 +155,44 @@ class Px4:
         systems = (self._config.system_id, 0) if allow_broadcast else (self._config.system_id,)
         return message.target_system in systems and message.target_component in (0, AUTOPILOT_COMPONENT)
 
-    def _picture(self, boot_us: int) -> telemetry.Picture:
-        commander = self.commander
-        return telemetry.Picture(
-            self._config.px4_release,
-            boot_us,
-            self._estimate,
-            commander.mode,
-            commander.armed,
-            commander.failsafe,
-            commander.is_ready(boot_us),
-            commander.landed,
-            commander.home_ned_m,
-            self._loops.attitude_target,
-            self._loops.rates_target_rad_s,
-            self._attitude_thrust_norm,
-            self._motors if commander.armed else None,
-            commander.is_torque_control(),
+    def _picture(self, boot_us: int) -> Picture:
+        commander, estimate = self.commander, self._estimate
+        if commander.home_ned_m != self._home.position_ned_m:
+            self._home = Home(commander.home_ned_m, estimate.euler_rad[2], boot_us)
+        setpoint = self._setpoint
+        return Picture(
+            firmware=self._config.px4_release,
+            boot_us=boot_us,
+            unix_us=self._ports[0].now_us,
+            estimate=estimate,
+            position=self._reporter.position,
+            mode=commander.mode,
+            armed=commander.armed,
+            failsafe=commander.failsafe,
+            ready=commander.is_ready(boot_us),
+            landed=commander.landed,
+            home=self._home,
+            origin=self._origin,
+            readings=self._readings,
+            attitude_target=self._loops.attitude_target,
+            rates_target_rad_s=self._loops.rates_target_rad_s,
+            attitude_thrust_norm=self._attitude_thrust_norm,
+            motor_commands=self._motors if commander.armed else None,
+            gains=self._gains,
+            controls=self._controls,
+            followed=setpoint if isinstance(setpoint, inner_loops.PositionSetpoint) else None,
+            is_torque_control=commander.is_torque_control(),
         )
 
     def _send_by_id(self, port: Port, message_id: int, boot_us: int) -> bool:
-        if message_id == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
-            self._send(port, telemetry.autopilot_version(self._config.px4_release), boot_us)
-            return True
-        return message_id in telemetry.BUILDERS and self._send_built(port, message_id, self._picture(boot_us))
-
-    def _set_interval(self, port: Port, message_id: int, interval_us: float, boot_us: int) -> bool:
-        return self._streams[port].set_interval(message_id, interval_us, boot_us)
-
-    def _send_built(self, port: Port, message_id: int, picture: telemetry.Picture) -> bool:
-        message = telemetry.BUILDERS[message_id](picture)
-        if message is None:
-            return False
-        self._send(port, message, picture.boot_us)
-        return True
+        return self._reporter.send(port, message_id, self._picture(boot_us))
 
     def _send_texts(self, boot_us: int) -> None:
         """STATUSTEXT goes out only where a ground station is heard; while there is none the latest ones wait."""
         texts = self.commander.texts
         if not texts:
             return
-        ports = [port for port in self._streams if _hears_ground_station(port, boot_us)]
+        ports = [port for port in self._ports if _hears_ground_station(port, boot_us)]
         if not ports:
             del texts[:-_TEXT_BACKLOG]
             return

@@ -10,9 +10,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from mavquad.protocol.codec import Encoder, mavlink
-from sitl_mock.personality.px4.defaults import px4_defaults
-from sitl_mock.personality.px4.telemetry import global_position_int, home_position
+from sitl_mock.battery import Battery
+from sitl_mock.personality.px4.defaults import px4_parameters
+from sitl_mock.personality.px4.picture import Home
+from sitl_mock.personality.px4.telemetry import BUILDERS
 from sitl_mock.plant import VehicleParams
+from sitl_mock.sensors import Estimate
 
 HANDLED = (
     "COMMAND_INT",
@@ -28,7 +31,8 @@ HANDLED = (
     "TIMESYNC",
 )
 CLASSES = {cls.msgname: cls for cls in mavlink.mavlink_map.values() if cls.msgname in HANDLED}
-NAMES = list(px4_defaults(1, 4, VehicleParams()))
+VALUES = {row.name: row.value for row in px4_parameters("1.13", 1, 4, VehicleParams())}
+NAMES = list(VALUES)
 FLOAT_MAX = 3.4028234663852886e38
 ODD = (math.nan, math.inf, -math.inf, 0.0, -0.0, 1.0, -1.0, 2.0, 3.0, 4.0, 6.0, 32.0, 1e-45, FLOAT_MAX, -FLOAT_MAX)
 FLOATS = st.just(math.nan) | st.sampled_from(ODD) | st.floats(width=32)
@@ -153,13 +157,21 @@ def test_nan_in_a_whole_number_is_zero(pilot, params, results, value):
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_a_parameter_keeps_its_value_when_it_is_set_to_no_number(pilot, name, value):
     p = pilot().run(1.1)
-    before = px4_defaults(1, 4, VehicleParams())[name]
+    before = VALUES[name]
     answer = p.send(mavlink.MAVLink_param_set_message(1, 1, name.encode(), value, mavlink.MAV_PARAM_TYPE_REAL32))
     assert [message.param_value for message in answer] == pytest.approx([before])
 
 
-def test_global_position_stays_in_its_fields(pilot):
-    picture = pilot().run(1.1).mock._personality._picture(0)
-    far = replace(picture, estimate=replace(picture.estimate, position_ned_m=(1e9, -1e9, -1e9)))
-    for build in (global_position_int, home_position):
-        Encoder(1, 1).encode(build(replace(far, home_ned_m=(-1e9, 1e9, 1e9))))
+@pytest.mark.parametrize("firmware", ["1.13", "1.16"])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_every_message_stays_in_its_fields(pilot, firmware, sign):
+    picture = pilot(firmware=firmware).run(1.1).mock._personality._picture(0)
+    vast = (sign * 1e9, -sign * 1e9, sign * 1e9)
+    battery = Battery(sign * 1e6, -sign * 1e6, sign * 7.0)
+    far = Estimate(0, vast, vast, (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), vast, vast, battery, 1000)
+    odd = replace(picture, estimate=far, position=far, home=Home(vast, 0.0, 0), armed=True)
+    assert sum(build(odd) is not None for build in BUILDERS.values()) > 25
+    for build in BUILDERS.values():
+        message = build(odd)
+        if message is not None:
+            Encoder(1, 1).encode(message)

@@ -1,0 +1,94 @@
+"""All that one tick's telemetry tells, and how numbers fit into the messages' fields."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from sitl_mock.config import Px4Release
+from sitl_mock.geodesy import Origin
+from sitl_mock.geometry import Quaternion, Vec3, Vec4
+from sitl_mock.inner_loops import Gains, PositionSetpoint, TorqueSetpoint
+from sitl_mock.personality.px4.modes import Mode
+from sitl_mock.personality.px4.readings import Readings
+from sitl_mock.sensors import Estimate
+
+
+@dataclass(frozen=True, slots=True)
+class Home:
+    """Where and when the vehicle was armed last (at first: where it stands at boot), and its heading there."""
+
+    position_ned_m: Vec3
+    yaw_rad: float
+    since_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """What the messages of one tick are made from.
+
+    Attributes:
+        estimate: the latest one.
+        position: the one that the position topics were published with last.
+        motor_commands: None when disarmed.
+        followed: the position setpoint in force, if the position controller runs.
+        is_torque_control: nothing sets an attitude or rates.
+        unix_us: the calendar's time.
+    """
+
+    firmware: Px4Release
+    boot_us: int
+    unix_us: int
+    estimate: Estimate
+    position: Estimate
+    mode: Mode
+    armed: bool
+    failsafe: bool
+    ready: bool
+    landed: bool
+    home: Home
+    origin: Origin
+    readings: Readings
+    attitude_target: Quaternion
+    rates_target_rad_s: Vec3
+    attitude_thrust_norm: float
+    motor_commands: Vec4 | None
+    gains: Gains
+    controls: TorqueSetpoint
+    followed: PositionSetpoint | None
+    is_torque_control: bool
+
+    @property
+    def is_113(self) -> bool:
+        """Whether this is the oldest of the releases."""
+        return self.firmware == "1.13"
+
+    @property
+    def home_altitude_m(self) -> float:
+        """Altitude of home above mean sea level."""
+        return self.origin.altitude_m - self.home.position_ned_m[2]
+
+
+def degrees_e7(degrees: float) -> int:
+    """Degrees in units of 1e-7."""
+    return int32(degrees * 1e7)
+
+
+def heading_cdeg(yaw_rad: float) -> int:
+    """Hundredths of a degree from north, 0 to 35999."""
+    return round(math.degrees(yaw_rad) * 100) % 36000
+
+
+def int32(value: float) -> int:
+    """The nearest whole number that a field of 32 bits can hold."""
+    return max(-(2**31), min(2**31 - 1, round(value)))
+
+
+def int16(value: float) -> int:
+    """The nearest whole number that a field of 16 bits can hold."""
+    return max(-32768, min(32767, round(value)))
+
+
+def uint16(value: float) -> int:
+    """The nearest whole number that an unsigned field of 16 bits can hold."""
+    return max(0, min(65535, round(value)))

@@ -1,0 +1,105 @@
+"""What PX4's SIH has of sensors that the mock does not simulate: GPS, barometer, magnetometer; drawn around the estimate.
+
+Standard deviations as recorded from SIH standing on the ground.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import NamedTuple
+
+from sitl_mock.config import Px4Release
+from sitl_mock.geodesy import Origin
+from sitl_mock.geometry import Vec3, conjugate, rotate
+from sitl_mock.sensors import Estimate
+
+_GPS_HORIZONTAL_M, _GPS_VERTICAL_M, _GPS_SPEED_M_S = 0.2, 0.5, 0.067
+_FIELD_NOISE_GAUSS: Vec3 = (0.012, 0.012, 0.021)
+
+
+class GpsFix(NamedTuple):
+    """One fix; altitude above mean sea level."""
+
+    stamp_us: int
+    latitude_deg: float
+    longitude_deg: float
+    altitude_m: float
+    velocity_ned_m_s: Vec3
+
+
+class _Site(NamedTuple):
+    """What depends on the release: its place on earth, and how its simulator publishes."""
+
+    field_ned_gauss: Vec3
+    barometer_noise_m: float
+    barometer_us: int
+    magnetometer_us: int
+    gps_us: int
+
+
+_LOCKSTEP = _Site((0.218, 0.012, 0.428), 0.06, 100_000, 70_000, 125_000)
+_SITES: dict[Px4Release, _Site] = {
+    "1.13": _Site((0.174, -0.043, 0.508), 0.147, 50_800, 73_000, 50_710),
+    "1.15": _LOCKSTEP,
+    "1.16": _LOCKSTEP,
+}
+
+
+class Readings:
+    """Draws the readings, from a generator of its own whose seed is the first estimate's position, noise included."""
+
+    def __init__(self, release: Px4Release, origin: Origin, estimate: Estimate) -> None:
+        self._site = _SITES[release]
+        self._origin = origin
+        self._gauss = random.Random(repr(estimate.position_ned_m)).gauss
+        self._fix: GpsFix | None = None
+        self._sample = self._last_barometer = self._last_magnetometer = -1
+
+    def gps(self, estimate: Estimate, boot_us: int) -> GpsFix:
+        """The latest fix."""
+        sample = boot_us // self._site.gps_us
+        if self._fix is None or sample != self._sample:
+            self._sample = sample
+            self._fix = self._new_fix(estimate, boot_us)
+        return self._fix
+
+    def _new_fix(self, estimate: Estimate, boot_us: int) -> GpsFix:
+        gauss = self._gauss
+        north, east, down = estimate.position_ned_m
+        noisy = (
+            north + gauss(0.0, _GPS_HORIZONTAL_M),
+            east + gauss(0.0, _GPS_HORIZONTAL_M),
+            down + gauss(0.0, _GPS_VERTICAL_M),
+        )
+        vn, ve, vd = estimate.velocity_ned_m_s
+        velocity = (vn + gauss(0.0, _GPS_SPEED_M_S), ve + gauss(0.0, _GPS_SPEED_M_S), vd + gauss(0.0, _GPS_SPEED_M_S))
+        return GpsFix(boot_us, *self._origin.geographic(noisy), velocity)
+
+    def pressure_altitude_m(self, estimate: Estimate) -> float:
+        """What the barometer makes of the altitude."""
+        return self._origin.altitude_m - estimate.position_ned_m[2] + self._gauss(0.0, self._site.barometer_noise_m)
+
+    def magnetic_field_frd_gauss(self, estimate: Estimate) -> Vec3:
+        """The earth's field as the body has it."""
+        x, y, z = rotate(conjugate(estimate.quaternion), self._site.field_ned_gauss)
+        sx, sy, sz = _FIELD_NOISE_GAUSS
+        return x + self._gauss(0.0, sx), y + self._gauss(0.0, sy), z + self._gauss(0.0, sz)
+
+    def is_new(self, boot_us: int) -> tuple[bool, bool]:
+        """Whether barometer and magnetometer have measured since this was asked last."""
+        barometer, magnetometer = boot_us // self._site.barometer_us, boot_us // self._site.magnetometer_us
+        new = barometer != self._last_barometer, magnetometer != self._last_magnetometer
+        self._last_barometer, self._last_magnetometer = barometer, magnetometer
+        return new
+
+
+def standard_pressure_pa(altitude_m: float) -> float:
+    """The standard atmosphere's pressure, below 11 km: p = p0 (1 - L h / T0)^(g / (R L))."""
+    share = 1.0 - 0.0065 * max(-5000.0, min(11_000.0, altitude_m)) / 288.15
+    return 101_325.0 * math.pow(share, 5.25588)
+
+
+def standard_temperature_c(altitude_m: float) -> float:
+    """The standard atmosphere's temperature, below 11 km."""
+    return 15.0 - 0.0065 * max(-5000.0, min(11_000.0, altitude_m))

@@ -1,0 +1,67 @@
+"""PX4's sender: on each link the messages that are due, each made once a tick whichever links it goes to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from mavquad.protocol.codec import Message, mavlink
+from sitl_mock.config import Px4Release
+from sitl_mock.config.streams import StreamsConfig
+from sitl_mock.personality.px4.picture import Picture
+from sitl_mock.personality.px4.rates import Topic, streams_of, topics_us
+from sitl_mock.personality.px4.telemetry import BUILDERS
+from sitl_mock.port import Port
+from sitl_mock.sensors import Estimate
+
+
+class Reporter:
+    """The streams of all links.
+
+    Attributes:
+        position: the estimate that the position topics were published with last.
+    """
+
+    def __init__(self, release: Px4Release, ports: Sequence[Port], limits: StreamsConfig, estimate: Estimate) -> None:
+        self.position = estimate
+        self._streams = {port: streams_of(port.kind, release, limits) for port in ports}
+        self._position_every_us = topics_us(release, limits)[Topic.POSITION]
+        self._position_due_us = 0
+
+    def publish(self, estimate: Estimate, boot_us: int) -> None:
+        """Take in the estimate of this tick."""
+        if boot_us >= self._position_due_us:
+            self._position_due_us = (boot_us // self._position_every_us + 1) * self._position_every_us
+            self.position = estimate
+
+    def report(self, boot_us: int, draw: Callable[[], Picture]) -> None:
+        """Send what is due; `draw` is called if there is anything."""
+        picture = None
+        made: dict[int, Message | None] = {}
+        for port, streams in self._streams.items():
+            if boot_us < streams.next_us:
+                continue
+            for message_id in streams.due(boot_us):
+                if message_id not in made:
+                    picture = picture or draw()
+                    made[message_id] = BUILDERS[message_id](picture)
+                message = made[message_id]
+                if message is not None:
+                    port.send(message)
+
+    def send(self, port: Port, message_id: int, picture: Picture) -> bool:
+        """Send one message on a link, asked for by its id; False: there is no such message now."""
+        build = BUILDERS.get(message_id)
+        message = build(picture) if build is not None else None
+        if message is None:
+            return False
+        port.send(message)
+        return True
+
+    def send_interval(self, port: Port, message_id: int) -> None:
+        """MESSAGE_INTERVAL of a stream."""
+        interval_us = self._streams[port].interval_us(message_id)
+        port.send(mavlink.MAVLink_message_interval_message(message_id, interval_us))
+
+    def set_interval(self, port: Port, message_id: int, interval_us: float, boot_us: int) -> bool:
+        """Obey SET_MESSAGE_INTERVAL; False: there is no such stream."""
+        return self._streams[port].set_interval(message_id, interval_us, boot_us)
