@@ -8,22 +8,30 @@ from typing import Protocol
 
 from mavquad.protocol.codec import Message, mavlink
 from sitl_mock.config.faults import Refuse
+from sitl_mock.config.vehicle_faults import Reboot
+from sitl_mock.geometry import Vec3
 from sitl_mock.personality import Sender
-from sitl_mock.personality.ardupilot.copter import ACCEPTED, CRITICAL, FAILED, INFO, Copter
+from sitl_mock.personality.ardupilot.copter import ACCEPTED, CRITICAL, DENIED, FAILED, INFO, Copter
+from sitl_mock.personality.ardupilot.guided import height_reference
 from sitl_mock.personality.ardupilot.modes import Mode
 from sitl_mock.personality.ardupilot.parameters import Parameters
+from sitl_mock.personality.ardupilot.picture import HOME_ALTITUDE_M, north_east
 from sitl_mock.personality.ardupilot.streams import KNOWN, LEAST_INTERVAL_MS, Streams
 from sitl_mock.port import Port
 from sitl_mock.script import Script
 
 Params = tuple[float, float, float, float, float, float, float]
 
-DENIED: int = mavlink.MAV_RESULT_DENIED
 UNSUPPORTED: int = mavlink.MAV_RESULT_UNSUPPORTED
 _FORCE_DISARM = 21196
 _FORCE_ARM = 2989
 _CUSTOM_MODE_FLAG = 1
 _MOST = 2**31 - 1
+_PLACED = (mavlink.MAV_CMD_DO_REPOSITION, mavlink.MAV_CMD_DO_SET_HOME)
+_RELATIVE: int = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
+"""What COMMAND_LONG, which has no frame, counts heights from."""
+_RIGHT_ANGLE_E7, _HIGH_M = 90e7, 1e5
+_REBOOT_S = 1.0
 _VERSION = mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION
 _HOME = mavlink.MAVLINK_MSG_ID_HOME_POSITION
 _SET_MODE_MESSAGE = mavlink.MAVLINK_MSG_ID_SET_MODE
@@ -51,6 +59,7 @@ class Commands:
         self._params = params
         self._script = script
         self._telemetry = telemetry
+        self._frame = _RELATIVE
         self._handlers: dict[int, Callable[[Params, Port, int], int]] = {
             mavlink.MAV_CMD_DO_SET_MODE: self._set_mode,
             mavlink.MAV_CMD_COMPONENT_ARM_DISARM: self._arm,
@@ -58,11 +67,17 @@ class Commands:
             mavlink.MAV_CMD_NAV_LAND: lambda _p, _port, now: self._copter.request_mode(Mode.LAND, now),
             mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: lambda _p, _port, now: self._copter.request_mode(Mode.RTL, now),
             mavlink.MAV_CMD_NAV_LOITER_UNLIM: lambda _p, _port, now: self._copter.request_mode(Mode.LOITER, now),
+            mavlink.MAV_CMD_MISSION_START: lambda _p, _port, now: self._copter.start_mission(now),
             mavlink.MAV_CMD_SET_MESSAGE_INTERVAL: self._set_interval,
             mavlink.MAV_CMD_GET_MESSAGE_INTERVAL: self._get_interval,
             mavlink.MAV_CMD_REQUEST_MESSAGE: self._request_message,
             mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: self._request_version,
             mavlink.MAV_CMD_GET_HOME_POSITION: self._request_home,
+            mavlink.MAV_CMD_CONDITION_YAW: self._turn,
+            mavlink.MAV_CMD_DO_CHANGE_SPEED: lambda params, _port, _now: self._copter.change_speed(params[1]),
+            mavlink.MAV_CMD_DO_REPOSITION: self._reposition,
+            mavlink.MAV_CMD_DO_SET_HOME: self._set_home,
+            mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: self._reboot,
             mavlink.MAV_CMD_DO_FLIGHTTERMINATION: self._terminate,
             mavlink.MAV_CMD_DO_FENCE_ENABLE: self._enable_fence,
         }
@@ -84,6 +99,7 @@ class Commands:
             return [_ack(command, scripted.result, sender)]
         if scripted is not None:
             return [_ack(command, ACCEPTED, sender)]
+        self._frame = message.frame if message.get_type() == "COMMAND_INT" else _RELATIVE
         handler = self._handlers.get(command)
         result = UNSUPPORTED if handler is None else handler(_params_of(message), port, boot_us)
         return [_ack(command, result, sender)]
@@ -136,6 +152,42 @@ class Commands:
             return FAILED
         return self._request_message((_HOME, 0, 0, 0, 0, 0, 0), port, boot_us)
 
+    def _turn(self, params: Params, port: Port, boot_us: int) -> int:
+        return self._copter.turn(params[0], params[3] == 1, params[2], boot_us)
+
+    def _reposition(self, params: Params, port: Port, boot_us: int) -> int:
+        place = self._place(params)
+        may_change_mode = bool(_whole(params[1]) & mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE)
+        return DENIED if place is None else self._copter.reposition(place, may_change_mode, boot_us)
+
+    def _set_home(self, params: Params, port: Port, boot_us: int) -> int:
+        place = self._place(params)
+        if params[0] != 1 and place is None:
+            return DENIED
+        return self._copter.move_home(None if params[0] == 1 else place)
+
+    def _place(self, params: Params) -> Vec3 | None:
+        """The place in param5 to param7, NED; None for one that is none."""
+        latitude, longitude, height = params[4:]
+        reference = height_reference(self._frame)
+        if reference is None or not all(map(math.isfinite, (latitude, longitude, height))):
+            return None
+        if not (abs(latitude) <= _RIGHT_ANGLE_E7 and abs(longitude) <= 2 * _RIGHT_ANGLE_E7 and abs(height) < _HIGH_M):
+            return None
+        home_down = self._copter.home_ned_m[2]
+        return (
+            *north_east(latitude, longitude),
+            HOME_ALTITUDE_M - height if reference == "msl" else home_down - height,
+        )
+
+    def _reboot(self, params: Params, port: Port, boot_us: int) -> int:
+        if params[0] not in (1, 3):
+            return UNSUPPORTED
+        if self._copter.armed:
+            return FAILED
+        self._script.add(Reboot(kind="reboot", at_s=0.0, down_s=_REBOOT_S), port.now_us)
+        return ACCEPTED
+
     def _terminate(self, params: Params, port: Port, boot_us: int) -> int:
         if not params[0] > 0.5:
             return FAILED
@@ -150,9 +202,12 @@ class Commands:
 
 
 def _params_of(message: Message) -> Params:
+    """The seven parameters; a place is in degrees times 1e7, as COMMAND_INT has it."""
     p = message
     if message.get_type() == "COMMAND_INT":
         return (p.param1, p.param2, p.param3, p.param4, p.x, p.y, p.z)
+    if message.command in _PLACED:
+        return (p.param1, p.param2, p.param3, p.param4, 1e7 * p.param5, 1e7 * p.param6, p.param7)
     return (p.param1, p.param2, p.param3, p.param4, p.param5, p.param6, p.param7)
 
 

@@ -8,16 +8,19 @@ from __future__ import annotations
 import math
 
 from mavquad.protocol.codec import mavlink
-from sitl_mock.geometry import ZERO3, Vec3
+from sitl_mock.geometry import ZERO3, Vec3, wrap_pi
 from sitl_mock.personality.ardupilot import motors
 from sitl_mock.personality.ardupilot.boot import Boot
 from sitl_mock.personality.ardupilot.flight import Demand, Flight
+from sitl_mock.personality.ardupilot.guided import KinematicSetpoint
+from sitl_mock.personality.ardupilot.missions import Mission
 from sitl_mock.personality.ardupilot.modes import NOT_FLOWN, Mode
 from sitl_mock.personality.ardupilot.parameters import Parameters
 from sitl_mock.plant import VehicleState
 from sitl_mock.sensors import Estimate
 
 ACCEPTED: int = mavlink.MAV_RESULT_ACCEPTED
+DENIED: int = mavlink.MAV_RESULT_DENIED
 FAILED: int = mavlink.MAV_RESULT_FAILED
 EMERGENCY: int = mavlink.MAV_SEVERITY_EMERGENCY
 CRITICAL: int = mavlink.MAV_SEVERITY_CRITICAL
@@ -37,6 +40,7 @@ _LIGHT_PART = 0.3
 """Part of the hover's thrust below which a vehicle on the ground lands."""
 _TAKEOFF_SLEW_PER_S = 0.5
 """A takeoff's thrust grows so fast until the vehicle leaves the ground, as recorded."""
+_INIT_FAILED = "init failed"
 _SPOOL_UP_S, _TAKEOFF_WAITS_S = 0.5, 0.15
 _ALIGNED_AT_M = 2.7
 _ALIGNED = tuple(f"EKF3 IMU{unit} MAG0 in-flight yaw alignment complete" for unit in (0, 1))
@@ -55,10 +59,13 @@ class Copter:
         in_failsafe: names of the failsafes that act, for HEARTBEAT's system_status.
     """
 
-    def __init__(self, boot: Boot, params: Parameters, flight: Flight, hover_thrust_norm: float) -> None:
+    def __init__(
+        self, boot: Boot, params: Parameters, flight: Flight, mission: Mission, hover_thrust_norm: float
+    ) -> None:
         self._boot = boot
         self._params = params
         self.flight = flight
+        self.mission = mission
         self._light_norm = _LIGHT_PART * hover_thrust_norm
         self.texts: list[tuple[int, str]] = []
         self.told: list[str] = []
@@ -96,6 +103,8 @@ class Copter:
         mode = Mode(number)
         reason = self._mode_refused(mode, boot_us)
         if reason:
+            if reason == _INIT_FAILED and self.mission.items:
+                self.texts.append((CRITICAL, "Auto: Missing Takeoff Cmd"))
             self.texts.append((WARNING, f"Mode change to {mode.name} failed: {reason}"))
             return FAILED
         self.select(mode, boot_us)
@@ -106,7 +115,27 @@ class Copter:
             return ""
         if mode.needs_position and boot_us < self._boot.at.position_us:
             return "requires position"
+        if mode is Mode.AUTO and not self._can_begin_mission():
+            return _INIT_FAILED
         return ""
+
+    def _can_begin_mission(self) -> bool:
+        return bool(self.mission.items) and (not self.landed or self.mission.starts_with_takeoff)
+
+    def start_mission(self, boot_us: int) -> int:
+        """MAV_RESULT of MAV_CMD_MISSION_START: AUTO from its first item."""
+        if not self.armed:
+            return FAILED
+        self.mission.current = 0
+        if self.mode is Mode.AUTO:
+            self._begin_mission(boot_us)
+            return ACCEPTED
+        return self.request_mode(Mode.AUTO, boot_us)
+
+    def _begin_mission(self, boot_us: int) -> None:
+        if self._estimate is not None:
+            self._idle_since_us = boot_us
+            self.flight.begin_mission(self._estimate, self.home_ned_m, boot_us)
 
     def select(self, mode: Mode, boot_us: int) -> None:
         """Fly this mode from now on; the one in force is not begun anew."""
@@ -116,6 +145,8 @@ class Copter:
         self._idle_since_us = boot_us
         if self._estimate is not None:
             self.flight.enter(mode, self._estimate, boot_us)
+            if mode is Mode.AUTO and self.armed:
+                self._begin_mission(boot_us)
 
     # --- arming ------------------------------------------------------------------------------------------------
 
@@ -159,7 +190,7 @@ class Copter:
 
     def _set_home(self) -> None:
         if self._estimate is not None and self.has_home:
-            self.home_ned_m = self._estimate.position_ned_m
+            self.home_ned_m = self.mission.home_ned_m = self._estimate.position_ned_m
             self.home_changed = True
 
     def disarm(self, forced: bool) -> int:
@@ -186,6 +217,41 @@ class Copter:
             return FAILED
         self.flight.take_off(down_m, self._estimate, boot_us)
         self._idle_since_us = boot_us
+        return ACCEPTED
+
+    def turn(self, degrees: float, is_relative: bool, direction: float, boot_us: int) -> int:
+        """MAV_RESULT of MAV_CMD_CONDITION_YAW."""
+        if self.mode is not Mode.GUIDED or self.landed or self._estimate is None or not 0 <= degrees <= 360:
+            return FAILED
+        angle = math.radians(degrees)
+        yaw_rad = self.flight.navigator.yaw_rad + math.copysign(angle, direction or 1.0) if is_relative else angle
+        self.flight.turn(wrap_pi(yaw_rad), self._estimate, boot_us)
+        return ACCEPTED
+
+    def change_speed(self, speed_m_s: float) -> int:
+        """MAV_RESULT of MAV_CMD_DO_CHANGE_SPEED."""
+        if not 0 < speed_m_s < math.inf:
+            return FAILED
+        self.flight.navigator.speed_m_s = speed_m_s
+        return ACCEPTED
+
+    def reposition(self, place_ned_m: Vec3, may_change_mode: bool, boot_us: int) -> int:
+        """MAV_RESULT of MAV_CMD_DO_REPOSITION."""
+        if self.mode is not Mode.GUIDED and not (
+            may_change_mode and self.request_mode(Mode.GUIDED, boot_us) == ACCEPTED
+        ):
+            return DENIED
+        if self.landed or self._estimate is None:
+            return FAILED
+        self.flight.take(KinematicSetpoint(position_ned_m=place_ned_m), self._estimate, boot_us)
+        return ACCEPTED
+
+    def move_home(self, place_ned_m: Vec3 | None) -> int:
+        """MAV_RESULT of MAV_CMD_DO_SET_HOME; None: to where the vehicle is."""
+        if not self.has_home or self._estimate is None:
+            return FAILED
+        self.home_ned_m = self.mission.home_ned_m = place_ned_m or self._estimate.position_ned_m
+        self.home_changed = True
         return ACCEPTED
 
     # --- each tick ---------------------------------------------------------------------------------------------

@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sitl_mock.geometry import ZERO3, Vec3, tilt_rad
 from sitl_mock.personality.ardupilot.attitude import AttitudeInput, RatesInput
 from sitl_mock.personality.ardupilot.guided import AttitudeSetpoint, KinematicSetpoint, Rejected
+from sitl_mock.personality.ardupilot.missions import (
+    CHANGE_SPEED,
+    LAND,
+    LOITER_TIME,
+    LOITER_UNLIMITED,
+    RTL,
+    TAKEOFF,
+    Mission,
+    place_of,
+)
 from sitl_mock.personality.ardupilot.modes import Mode
 from sitl_mock.personality.ardupilot.navigation import Navigator
 from sitl_mock.personality.ardupilot.parameters import Parameters
@@ -43,8 +53,9 @@ class Flight:
         throttle_stick: the pilot's, 0 (down, as SITL's is while nobody moves it) to 1.
     """
 
-    def __init__(self, navigator: Navigator, params: Parameters) -> None:
+    def __init__(self, navigator: Navigator, params: Parameters, mission: Mission) -> None:
         self.navigator = navigator
+        self._mission = mission
         self._params = params
         self.setpoint: AttitudeSetpoint | KinematicSetpoint | None = None
         self._setpoint_us = 0
@@ -62,6 +73,7 @@ class Flight:
         """Begin a mode where the vehicle is."""
         self.setpoint, self._climb_to_m = None, None
         self._is_deaf_to_positions = False
+        self.navigator.speed_m_s = None
         self._stage, self._stage_us = "climb" if mode in (Mode.RTL, Mode.SMART_RTL) else "", boot_us
         self.navigator.start(estimate)
         self._hold_ned_m = _stopping_place(estimate)
@@ -83,6 +95,11 @@ class Flight:
             self.navigator.start(estimate)
         self._climb_to_m = None
         self.setpoint, self._setpoint_us = setpoint, boot_us
+
+    def turn(self, yaw_rad: float, estimate: Estimate, boot_us: int) -> None:
+        """Head there while GUIDED goes on with what it does."""
+        followed = self.kinematic or KinematicSetpoint(position_ned_m=self._hold_ned_m)
+        self.take(replace(followed, yaw_rad=yaw_rad, yaw_rate_rad_s=None), estimate, boot_us)
 
     @property
     def is_taking_off(self) -> bool:
@@ -119,12 +136,14 @@ class Flight:
 
     def demand(self, mode: Mode, estimate: Estimate, home_ned_m: Vec3, boot_us: int, dt_s: float) -> Demand:
         """What the mode asks for now."""
-        if self.is_taking_off:
+        if self.is_taking_off and mode is not Mode.AUTO:
             return self._takeoff(estimate, dt_s)
         if mode.is_guided:
             return self._guided(estimate, boot_us, dt_s)
         if mode in (Mode.RTL, Mode.SMART_RTL):
             return self._return(estimate, home_ned_m, boot_us, dt_s)
+        if mode is Mode.AUTO:
+            return self._auto(estimate, home_ned_m, boot_us, dt_s)
         if mode is Mode.LAND:
             return self._land(estimate, home_ned_m, dt_s)
         if mode.has_manual_throttle:
@@ -189,6 +208,59 @@ class Flight:
     def _climb_rate(self, thrust: float) -> float:
         part = 2.0 * (max(0.0, min(1.0, thrust)) - 0.5)
         return part * _CM * self._params["WPNAV_SPEED_UP" if part > 0 else "WPNAV_SPEED_DN"]
+
+    # --- the mission -------------------------------------------------------------------------------------------
+
+    def begin_mission(self, estimate: Estimate, home_ned_m: Vec3, boot_us: int) -> None:
+        """Take up the mission at its current item, or at its first."""
+        self._mission.current = max(0, self._mission.current - 1)
+        self._next_item(estimate, home_ned_m, boot_us)
+
+    def _next_item(self, estimate: Estimate, home_ned_m: Vec3, boot_us: int) -> None:
+        item = self._mission.go_on()
+        while item is not None and item.command == CHANGE_SPEED:
+            if item.params[1] > 0:
+                self.navigator.speed_m_s = item.params[1]
+            item = self._mission.go_on()
+        self._stage, self._stage_us, self._climb_to_m = "", boot_us, None
+        if item is None:
+            self._hold_ned_m = self.navigator.target_ned_m
+        elif item.command == RTL:
+            self._stage = "climb"
+        else:
+            here = (*self._hold_ned_m[:2], estimate.position_ned_m[2])
+            self._hold_ned_m = place_of(item, here, home_ned_m)
+            if item.command == TAKEOFF:
+                self._hold_ned_m = (*estimate.position_ned_m[:2], self._hold_ned_m[2])
+                self._climb_to_m, self.takeoff_us = self._hold_ned_m[2], boot_us
+            elif item.command == LAND:
+                self._hold_ned_m = (*self._hold_ned_m[:2], estimate.position_ned_m[2])
+
+    def _auto(self, estimate: Estimate, home_ned_m: Vec3, boot_us: int, dt_s: float) -> Demand:
+        if self._stage:
+            return self._return(estimate, home_ned_m, boot_us, dt_s)
+        navigator, item = self.navigator, self._mission.item
+        navigator.fly_to(self._hold_ned_m, dt_s)
+        navigator.look_ahead(dt_s)
+        if item is not None and self._is_there(item.command, estimate):
+            waits_s = item.params[0] if item.params[0] > 0 else 0.0
+            if item.command == LAND:
+                self._stage = "land"
+            elif item.command != LOITER_UNLIMITED and boot_us - self._stage_us >= 1e6 * waits_s:
+                self._mission.reach()
+                self._next_item(estimate, home_ned_m, boot_us)
+        else:
+            self._stage_us = boot_us
+        return Demand(*navigator.control(estimate, dt_s))
+
+    def _is_there(self, command: int, estimate: Estimate) -> bool:
+        n, e, d = (there - here for there, here in zip(self._hold_ned_m, estimate.position_ned_m, strict=True))
+        if command == TAKEOFF:
+            return d > -_REACHED_M
+        radius_m = _REACHED_M if command in (LAND, LOITER_TIME) else _CM * self._params["WPNAV_RADIUS"]
+        return math.sqrt(n * n + e * e + d * d) < radius_m
+
+    # --- coming home -------------------------------------------------------------------------------------------
 
     def _return(self, estimate: Estimate, home_ned_m: Vec3, boot_us: int, dt_s: float) -> Demand:
         """Climb to RTL_ALT, go home, wait RTL_LOIT_TIME, come down."""

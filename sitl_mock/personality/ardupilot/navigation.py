@@ -9,7 +9,7 @@ and acceleration fed forward. A plain controller: it has no jerk limits.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sitl_mock import inner_loops
 from sitl_mock.geometry import ZERO3, Quaternion, Vec3, from_euler, wrap_pi
@@ -53,6 +53,7 @@ class Navigator:
         target_ned_m: where the target is now.
         velocity_ned_m_s: how it moves.
         yaw_rad: the heading asked for.
+        speed_m_s: the horizontal speed instead of WPNAV_SPEED's, if not None.
     """
 
     def __init__(self, hover_thrust_norm: float, gravity_m_s2: float, params: Parameters) -> None:
@@ -73,6 +74,11 @@ class Navigator:
         self._acceleration_ned_m_s2: Vec3 = ZERO3
         self.yaw_rad = 0.0
         self._yaw_rate_rad_s = 0.0
+        self.speed_m_s: float | None = None
+
+    def _limits(self) -> Limits:
+        limits = Limits.of(self._params)
+        return limits if self.speed_m_s is None else replace(limits, speed_m_s=self.speed_m_s)
 
     def start(self, estimate: Estimate) -> None:
         """Begin from where the vehicle is and how it moves; what the integrators know of the wind is kept."""
@@ -91,9 +97,9 @@ class Navigator:
 
     # --- what moves the target ---------------------------------------------------------------------------------
 
-    def fly_to(self, goal_ned_m: Vec3, dt_s: float, limits: Limits | None = None) -> None:
+    def fly_to(self, goal_ned_m: Vec3, dt_s: float) -> None:
         """Towards a place, to stop there."""
-        limits = limits or Limits.of(self._params)
+        limits = self._limits()
         n, e, d = (goal - now for goal, now in zip(goal_ned_m, self.target_ned_m, strict=True))
         distance = math.hypot(n, e)
         speed = min(limits.speed_m_s, sqrt_control(distance, _POSITION_P, limits.acceleration_m_s2))
@@ -110,7 +116,7 @@ class Navigator:
 
     def follow_velocity(self, wanted_ned_m_s: Vec3, dt_s: float, limits: Limits | None = None) -> None:
         """Change the target's velocity towards this one, within the accelerations."""
-        limits = limits or Limits.of(self._params)
+        limits = limits or self._limits()
         vn, ve, vd = self.velocity_ned_m_s
         dn, de, dd = (w - v for w, v in zip(wanted_ned_m_s, self.velocity_ned_m_s, strict=True))
         step = limits.acceleration_m_s2 * dt_s

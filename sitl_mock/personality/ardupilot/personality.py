@@ -14,11 +14,13 @@ from sitl_mock.personality.ardupilot.commands import Commands
 from sitl_mock.personality.ardupilot.copter import CRITICAL, INFO, Copter
 from sitl_mock.personality.ardupilot.failsafe import Failsafes
 from sitl_mock.personality.ardupilot.flight import LIFT_COMPENSATION, Demand, Flight, boosted
+from sitl_mock.personality.ardupilot.missions import Mission
 from sitl_mock.personality.ardupilot.modes import Mode
 from sitl_mock.personality.ardupilot.navigation import Navigator
 from sitl_mock.personality.ardupilot.parameters import Parameters
 from sitl_mock.personality.ardupilot.picture import HOME_ALTITUDE_M, Picture, north_east
 from sitl_mock.personality.ardupilot.streams import Streams
+from sitl_mock.personality.mission import MissionServer
 from sitl_mock.plant import VehicleState
 from sitl_mock.port import Port
 from sitl_mock.script import Script
@@ -45,8 +47,10 @@ class ArduCopter:
         self._boot = Boot(config.ready_s)
         self._params = Parameters({"MAV_SYSID": float(config.system_id)})
         hover = 1.0 / vehicle.thrust_to_weight
-        self._flight = Flight(Navigator(hover, vehicle.gravity_m_s2, self._params), self._params)
-        self.copter = Copter(self._boot, self._params, self._flight, hover)
+        mission = Mission()
+        self._flight = Flight(Navigator(hover, vehicle.gravity_m_s2, self._params), self._params, mission)
+        self.copter = Copter(self._boot, self._params, self._flight, mission, hover)
+        self._missions = MissionServer(config.system_id, mission)
         self._failsafes = Failsafes(self.copter, self._params)
         self._commands = Commands(config.system_id, self.copter, self._params, script, self)
         self._streams = {port: Streams(self._boot.at.heartbeat_us) for port in ports}
@@ -106,6 +110,10 @@ class ArduCopter:
         elif kind in _PARAMETERS:
             if message.target_system in (self._system_id, 0):
                 self._answer_parameter(kind, message, port, boot_us)
+        elif self._missions.handles(kind):
+            self._missions.handle(message, sender, port, boot_us)
+            if kind == "MISSION_SET_CURRENT":
+                self._send_built(port, mavlink.MAVLINK_MSG_ID_MISSION_CURRENT, self._picture(boot_us))
         elif kind == "TIMESYNC":
             if message.tc1 == 0:
                 port.send(mavlink.MAVLink_timesync_message(boot_us * 1000, message.ts1))
@@ -247,6 +255,7 @@ class ArduCopter:
         """Send the telemetry that is due."""
         picture = None
         self._params.step(boot_us)
+        self._missions.step(boot_us)
         for port, streams in self._streams.items():
             for message_id in streams.due(boot_us, self._params.is_listing(port)):
                 picture = picture or self._picture(boot_us)
@@ -260,7 +269,7 @@ class ArduCopter:
 
     def _send_news(self, boot_us: int) -> None:
         """What happened: a HEARTBEAT when the mode changed, home when it was set, texts."""
-        copter = self.copter
+        copter, mission = self.copter, self.copter.mission
         if copter.mode_changed or copter.home_changed:
             self._was_position_control |= copter.mode_changed and copter.mode.holds_position
             picture = self._picture(boot_us)
@@ -270,9 +279,14 @@ class ArduCopter:
             for port in self._streams:
                 for message_id in ids:
                     self._send_built(port, message_id, picture)
-        for severity, text in copter.texts:
+        for severity, text in (*copter.texts, *mission.texts):
             self._send_text(severity, text)
         copter.texts.clear()
+        mission.texts.clear()
+        for number in mission.reached:
+            for port in self._streams:
+                port.send(mavlink.MAVLink_mission_item_reached_message(number))
+        mission.reached.clear()
         for name in copter.told:
             for port in self._streams:
                 port.send(self._params.message(name))
@@ -328,7 +342,7 @@ class ArduCopter:
             self._failsafes.breaches,
             self._failsafes.is_outside,
             round(1000 + 1000 * flight.throttle_stick),
-            (0, 0),
+            (copter.mission.current, len(copter.mission.items)),
         )
 
     def _landed_state(self) -> int:

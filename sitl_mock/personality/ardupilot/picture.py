@@ -70,7 +70,7 @@ def geodetic(place_ned_m: Vec3) -> tuple[int, int]:
     return int32(latitude * 1e7), int32(longitude * 1e7)
 
 
-def north_east(latitude_e7: int, longitude_e7: int) -> tuple[float, float]:
+def north_east(latitude_e7: float, longitude_e7: float) -> tuple[float, float]:
     """(north, east) of home in m: the inverse of `geodetic`."""
     north = math.radians(latitude_e7 / 1e7 - HOME_LATITUDE_DEG) * _EARTH_RADIUS_M
     return north, math.radians(longitude_e7 / 1e7 - HOME_LONGITUDE_DEG) * _PARALLEL_M
