@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import os
 import signal
 import sys
 import threading
@@ -26,6 +27,7 @@ EXIT_CODES = """\
 Exit codes: 0 ended by Ctrl-C, SIGTERM or, with --announce, the end of standard input; \
 2 bad input: an option, a file, a port that is taken; 70 an error of the mock itself."""
 
+_STDIN = 0
 SPEED_MIN, SPEED_MAX = 0.01, 100.0
 VEHICLES_MAX = 250
 
@@ -185,7 +187,8 @@ async def _serve(specs: list[VehicleSpec], speed: float, answer_all: bool, annou
             threading.Thread(target=_wait_for_end_of_input, args=(loop, server), daemon=True).start()
         _tell(opening_lines(server, speed))
         await server.run()
-    _tell(summary_lines(server, clock))
+    # Behind the ^C that a terminal shows.
+    _tell([*([""] if sys.stderr.isatty() else []), *summary_lines(server, clock)])
 
 
 def _tell(lines: list[str]) -> None:
@@ -196,8 +199,9 @@ def _tell(lines: list[str]) -> None:
 
 
 def _wait_for_end_of_input(loop: asyncio.AbstractEventLoop, server: Server) -> None:
+    # Without Python's own buffer, whose lock a thread must not hold when the process ends.
     with contextlib.suppress(OSError, ValueError):
-        while sys.stdin.buffer.read(4096):
+        while os.read(_STDIN, 4096):
             pass
     with contextlib.suppress(RuntimeError):
         loop.call_soon_threadsafe(server.stop)

@@ -11,7 +11,7 @@ from sitl_mock.server import Server
 from sitl_mock.transports import Counts, Transport
 
 _ANYWHERE = ("0.0.0.0", "::")
-_KINDS = {"onboard": "companion computer", "gcs": "ground station", "serial": "serial port"}
+_KINDS = {"onboard": "companion", "gcs": "ground station", "serial": "serial port"}
 
 
 def client_url(link: Transport) -> str:
@@ -59,13 +59,13 @@ def _firmware(config: MockConfig) -> str:
 def _link(link: Transport) -> str:
     spec, local = link.spec, link.address
     place = f"{spec.transport} {local.host}:{local.port}"
-    if spec.transport == "tcp":
-        words = "listens, boots when a client connects" if spec.waits else "listens"
+    if spec.waits:
+        words = "boots when a client comes"
     elif spec.speak_to is not None:
         words = f"speaks to {spec.speak_to.host}:{spec.speak_to.port}"
     else:
         words = "listens"
-    return f"{place:<24} {words:<38} {_KINDS[spec.kind]:<19} {client_url(link)}"
+    return f"{place:<20}  {words:<25}  {_KINDS[spec.kind]:<14}  {client_url(link)}"
 
 
 def summary_lines(server: Server, clock: SimClock) -> list[str]:
@@ -73,7 +73,8 @@ def summary_lines(server: Server, clock: SimClock) -> list[str]:
     lines = []
     for vehicle in server.vehicles:
         flights = f"{vehicle.flights} flight{'' if vehicle.flights == 1 else 's'}"
-        lines.append(f"system {vehicle.spec.config.system_id}: {flights}; {_counts(vehicle.counts())}")
+        rejected = 0 if vehicle.autopilot is None else vehicle.autopilot.rejected.total()
+        lines.append(f"system {vehicle.spec.config.system_id}: {flights}; {_counts(vehicle.counts(), rejected)}")
     simulated_s = (clock.now_us() - clock.start_us) * 1e-6
     slipped_s = clock.slipped_us * 1e-6
     slip = f"; the machine was too slow by {slipped_s:.1f} s" if slipped_s >= 0.05 else ""
@@ -83,11 +84,14 @@ def summary_lines(server: Server, clock: SimClock) -> list[str]:
     return [*lines, f"{simulated_s:.1f} s simulated, {late}{slip}"]
 
 
-def _counts(counts: Counts) -> str:
+def _counts(counts: Counts, rejected: int) -> str:
+    """Frames that passed; what went wrong with some is told only if it did."""
     odd = {
-        "bad": counts.bad,
-        "unknown": counts.unknown,
-        "of others, not answered": counts.unanswered,
+        "of unknown messages": counts.unknown,
+        "from others than the one served": counts.unanswered,
+        "refused for their signature": rejected,
         "dropped": counts.dropped,
     }
-    return f"frames: {counts.received} in, {counts.sent} out, " + ", ".join(f"{n} {name}" for name, n in odd.items())
+    told = [f"{number} {name}" for name, number in odd.items() if number]
+    bad = [f"{counts.bad} bad chunks"] if counts.bad else []
+    return ", ".join([f"{counts.received} frames in", f"{counts.sent} out", *told, *bad])
