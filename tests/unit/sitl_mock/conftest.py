@@ -22,6 +22,7 @@ NO_NOISE = {
     "velocity_noise_m_s": 0.0,
     "attitude_noise_deg": 0.0,
     "rates_noise_rad_s": 0.0,
+    "accelerometer_noise_m_s2": 0.0,
     "age_ms": 0,
 }
 NAN = math.nan

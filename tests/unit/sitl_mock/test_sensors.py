@@ -1,12 +1,14 @@
 """Statistics of the estimator's errors with a fixed seed, and the age of its samples."""
 
+import copy
+import itertools
 import math
 import statistics
 
 import pytest
 
 from sitl_mock.config.sensors import SensorsConfig
-from sitl_mock.geometry import from_euler
+from sitl_mock.geometry import from_euler, to_euler, turned
 from sitl_mock.plant import VehicleState
 from sitl_mock.sensors import Estimator
 
@@ -58,7 +60,9 @@ def test_wander_is_there_from_the_start():
 
 
 def test_other_noises():
-    many = estimates(20.0, velocity_noise_m_s=0.01, attitude_noise_deg=0.1, rates_noise_rad_s=0.02)
+    sds = {"velocity_noise_m_s": 0.01, "rates_noise_rad_s": 0.02, "accelerometer_noise_m_s2": 0.07}
+    many = estimates(20.0, attitude_noise_deg=0.1, **sds)
+    assert statistics.pstdev(e.specific_force_frd_m_s2[1] for e in many) == pytest.approx(0.07, rel=0.05)
     assert statistics.pstdev(e.velocity_ned_m_s[2] for e in many) == pytest.approx(0.01, rel=0.05)
     assert statistics.pstdev(e.euler_rad[1] for e in many) == pytest.approx(math.radians(0.1), rel=0.05)
     assert statistics.pstdev(e.rates_frd_rad_s[0] for e in many) == pytest.approx(0.02, rel=0.05)
@@ -68,6 +72,43 @@ def test_same_seed_same_estimates():
     changes = {"position_noise_m": 0.1, "position_wander_m": 0.1}
     assert estimates(1.0, **changes) == estimates(1.0, **changes)
     assert estimates(1.0, **changes) != estimates(1.0, seed=2, **changes)
+
+
+def errors(axis=0, **changes):
+    """Of position, velocity, and body rates along one axis."""
+    many = estimates(100.0, **changes)
+    return (
+        [e.position_ned_m[axis] - STILL.position_ned_m[axis] for e in many],
+        [e.velocity_ned_m_s[axis] for e in many],
+        [e.rates_frd_rad_s[axis] for e in many],
+    )
+
+
+def test_coloured_noise_keeps_its_size_and_forgets_in_its_time():
+    noises = {"position_noise_m": 0.003, "velocity_noise_m_s": 0.01, "rates_noise_rad_s": 0.02}
+    for series, sd in zip(errors(noise_time_s=0.04, **noises), noises.values(), strict=True):
+        assert statistics.pstdev(series) == pytest.approx(sd, rel=0.05)
+        assert statistics.correlation(series[:-10], series[10:]) == pytest.approx(math.exp(-1), abs=0.05)
+
+
+@pytest.mark.parametrize(("axis", "sd_m"), [(0, 0.2), (1, 0.2), (2, 0.1)])
+def test_wander_as_sih_has_it(axis, sd_m):
+    """Recorded: 0.1 to 0.3 m, 1/e after some 4 s, about 1 mm from sample to sample at 100 Hz; the velocity goes along."""
+    walks = [errors(axis, wander="sih", position_wander_m=9.0)[:2]]
+    many = [estimates(2000.0, seed, dt_s=0.1, wander="sih") for seed in (1, 2)]
+    wide = [e.position_ned_m[axis] - STILL.position_ned_m[axis] for series in many for e in series]
+    assert statistics.pstdev(wide) == pytest.approx(sd_m, rel=0.12)
+    assert statistics.correlation(wide[:-41], wide[41:]) == pytest.approx(math.exp(-1), abs=0.12)
+    position, velocity = walks[0]
+    moved = [(b - a) / 0.004 for a, b in itertools.pairwise(position)]
+    assert moved == pytest.approx(velocity[1:], abs=sd_m * 0.02)
+    assert statistics.pstdev(velocity) == pytest.approx(sd_m / 1.9, rel=0.5)
+
+
+def test_one_noise_more_leaves_the_others_as_they_are():
+    quiet, loud = errors(position_noise_m=0.003), errors(position_noise_m=0.003, rates_noise_rad_s=0.1)
+    assert quiet[:2] == loud[:2]
+    assert quiet[2] != loud[2]
 
 
 @pytest.mark.parametrize("age_ms", [0, 4, 5, 23])
@@ -89,3 +130,64 @@ def test_old_attitudes_take_the_short_way():
     estimator.step(VehicleState(quaternion=q), 0)
     estimate = estimator.step(VehicleState(quaternion=tuple(-part for part in q)), 4000)
     assert estimate.euler_rad == pytest.approx((0.1, 0.2, 0.3))
+
+
+def body_at(boot_us):
+    """Turning about each axis while it falls away to the north."""
+    t = boot_us / 1e6
+    return VehicleState(
+        (1.5 * t * t, 0.0, 0.0),
+        (3.0 * t, 0.0, 0.0),
+        turned((1.0, 0.0, 0.0, 0.0), (0.1, 0.2, 0.3), t),
+        (0.1, 0.2, 0.3 + t),
+        on_ground=False,
+        acceleration_ned_m_s2=(3.0, 0.0, 0.0),
+    )
+
+
+@pytest.mark.parametrize("age_ms", [0, 1, 4, 7, 22])
+def test_an_old_sample_is_the_truth_of_its_time(age_ms):
+    estimator = Estimator(SensorsConfig(**(ONLY | {"age_ms": age_ms})), 1)
+    for k in range(20):
+        estimate = estimator.step(body_at(k * 4000), k * 4000)
+    then = body_at(19 * 4000 - 1000 * age_ms)
+    assert estimate.position_ned_m == pytest.approx(then.position_ned_m, abs=1e-9)
+    assert estimate.velocity_ned_m_s == pytest.approx(then.velocity_ned_m_s, abs=1e-9)
+    assert estimate.rates_frd_rad_s == pytest.approx(then.rates_frd_rad_s, abs=1e-9)
+    # the yaw rate grows by 1 rad/s^2: over less than 4 ms that is 8e-6 rad
+    assert estimate.quaternion == pytest.approx(then.quaternion, abs=2e-4)
+    assert estimate.euler_rad == pytest.approx(to_euler(then.quaternion), abs=4e-4)
+
+
+@pytest.mark.parametrize(
+    ("euler", "acceleration", "force"),
+    [
+        ((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, -9.81)),  # at rest
+        ((0.0, 0.0, 1.0), (0.0, 0.0, 9.81), (0.0, 0.0, 0.0)),  # in free fall
+        ((math.pi / 2, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, -9.81, 0.0)),  # on its right side: up is to the left
+        ((0.0, math.pi / 2, 0.0), (0.0, 0.0, 0.0), (9.81, 0.0, 0.0)),  # nose up
+        ((0.0, 0.0, math.pi / 2), (0.0, 2.0, 0.0), (2.0, 0.0, -9.81)),  # faces east, and speeds up eastwards
+        ((0.0, 0.0, math.pi / 2), (2.0, 0.0, -1.0), (0.0, -2.0, -10.81)),  # north is on its left
+    ],
+)
+def test_specific_force(euler, acceleration, force):
+    truth = VehicleState(quaternion=from_euler(*euler), acceleration_ned_m_s2=acceleration)
+    estimate = Estimator(SensorsConfig(**ONLY), 1).step(truth, 0)
+    assert estimate.specific_force_frd_m_s2 == pytest.approx(force, abs=1e-12)
+
+
+def test_jumps_add_up():
+    estimator = Estimator(SensorsConfig(**ONLY), 1)
+    estimator.jump_position((1.0, 2.0, 3.0))
+    estimator.jump_position((0.1, 0.2, 0.3))
+    estimate = estimator.step(STILL, 0)
+    assert estimate.position_ned_m == pytest.approx((2.1, 4.2, 0.3))
+    assert estimate.reset_count == 2
+
+
+def test_an_estimate_can_be_copied_and_has_no_other_fields():
+    asked, unasked = estimates(0.008, position_noise_m=0.1)
+    assert copy.deepcopy(asked) == asked
+    assert asked != unasked
+    with pytest.raises(AttributeError, match="altitude"):
+        _ = asked.altitude
