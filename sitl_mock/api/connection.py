@@ -14,7 +14,7 @@ from pymavlink import mavutil
 if TYPE_CHECKING:
     from sitl_mock.api.virtual import Outlet
 
-_PATIENCE_S = 300.0
+_PATIENCE_S = 120.0
 """How much virtual time a client may wait that has set no timeout."""
 _POLL_US = 4000
 """What a poll that finds nothing costs, so that a loop of polls comes to an end."""
@@ -82,7 +82,7 @@ class VirtualConnection(mavutil.mavfile):  # type: ignore[misc]
         """The next message that matches; None when there is none, or none within `timeout` of virtual time.
 
         Raises:
-            TimeoutError: without a timeout, none came for 300 s of virtual time.
+            TimeoutError: without a timeout, none came for 120 s of virtual time.
         """
         wanted = {type} if isinstance(type, str) else type
         start_us = self._vehicle.now_us
