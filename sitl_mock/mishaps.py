@@ -13,6 +13,7 @@ from sitl_mock.config.vehicle_faults import (
     ModeChange,
     PayloadDrop,
     WeakRotor,
+    WindStep,
 )
 from sitl_mock.personality import Personality
 from sitl_mock.spoiler import Spoiler
@@ -45,6 +46,10 @@ def _weak_rotor(fault: WeakRotor, world: World, personality: Personality, spoile
     world.weaken_rotor(fault.rotor, fault.share)
 
 
+def _wind_step(fault: WindStep, world: World, personality: Personality, spoiler: Spoiler) -> None:
+    world.change_wind(fault.change_ned_m_s)
+
+
 def _clock_jump(fault: ClockJump, world: World, personality: Personality, spoiler: Spoiler) -> None:
     spoiler.jump_us += round(fault.jump_s * 1e6)
 
@@ -56,5 +61,6 @@ MISHAPS: Mapping[type, Mishap] = {
     LowBattery: _low_battery,
     PayloadDrop: _payload_drop,
     WeakRotor: _weak_rotor,
+    WindStep: _wind_step,
     ClockJump: _clock_jump,
 }

@@ -40,6 +40,19 @@ class SteadyWind:
         return self._wind_ned_m_s
 
 
+class ChangedWind:
+    """A wind, and so much more of it."""
+
+    def __init__(self, wind: Wind, change_ned_m_s: Vec3) -> None:
+        self._wind = wind
+        self._change_ned_m_s = change_ned_m_s
+
+    def step(self, vehicle: VehicleState) -> Vec3:
+        """The wind of the next tick, NED in m/s."""
+        (north, east, down), (n, e, d) = self._wind.step(vehicle), self._change_ned_m_s
+        return (north + n, east + e, down + d)
+
+
 class Gusts:
     """Steady wind, and gusts along north and east: each an Ornstein-Uhlenbeck process of the given size and memory."""
 

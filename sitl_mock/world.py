@@ -12,7 +12,7 @@ from sitl_mock.paper_model import PaperModel, PaperState
 from sitl_mock.plant import TICK_S, Plant, VehicleState
 from sitl_mock.quadcopter import RigidBody
 from sitl_mock.sensors import Estimate, Estimator
-from sitl_mock.wind import wind_of
+from sitl_mock.wind import ChangedWind, Wind, wind_of
 
 __all__ = ["TICK_S", "World"]
 
@@ -30,7 +30,7 @@ class World:
     def __init__(self, config: MockConfig, seed: int) -> None:
         self._params = config.vehicle.params()
         self._plant = _plant(config)
-        self._wind = wind_of(config, seed)
+        self._wind: Wind = wind_of(config, seed)
         self._battery = BatteryModel(config.vehicle.battery(), self._params)
         self._supply = 1.0
         self._estimator = Estimator(config.sensors, seed)
@@ -50,6 +50,10 @@ class World:
         if abs(battery.supply - self._supply) > _SUPPLY_STEP:
             self._change()
         self.estimate = self._estimator.step(state, boot_us, battery.reading)
+
+    def change_wind(self, change_ned_m_s: Vec3) -> None:
+        """The wind blows so much more towards north, east, down from now on, gusts as before."""
+        self._wind = ChangedWind(self._wind, change_ned_m_s)
 
     def drop_payload(self) -> None:
         """The payload falls off; the vehicle is lighter by it."""

@@ -25,6 +25,7 @@ from sitl_mock.config.vehicle_faults import (
     PayloadDrop,
     Reboot,
     WeakRotor,
+    WindStep,
 )
 
 
@@ -140,6 +141,7 @@ Fault = Annotated[
     | LowBattery
     | PayloadDrop
     | WeakRotor
+    | WindStep
     | Reboot
     | Die,
     Field(discriminator="kind"),

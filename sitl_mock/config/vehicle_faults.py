@@ -65,6 +65,15 @@ class WeakRotor(Moment):
     """Share of its thrust and torque that it still gives; 0: it stands still."""
 
 
+class WindStep(Moment):
+    """The wind changes at once, and stays so; gusts go on."""
+
+    kind: Literal["wind_step"]
+    """Discriminates the fault."""
+    change_ned_m_s: tuple[_WindSpeed, _WindSpeed, _WindSpeed]
+    """How much more it blows towards north, east, down in m/s."""
+
+
 class Reboot(Moment):
     """The autopilot starts anew: motors off, time since boot from 0, modes and streams as at power-up."""
 
@@ -79,6 +88,3 @@ class Die(Moment):
 
     kind: Literal["die"]
     """Discriminates the fault."""
-
-
-VEHICLE_FAULTS = (ModeChange, GeofenceBreach, EstimatorReset, LowBattery, PayloadDrop, WeakRotor, Reboot, Die)

@@ -214,6 +214,7 @@ def test_a_dead_autopilots_vehicle_falls(pilot):
         ({"kind": "weak_rotor", "rotor": 3, "share": 0.4}, "weaken_rotor", (3, 0.4)),
         ({"kind": "estimator_reset", "offset_ned_m": [1, 2, -3]}, "jump_position", ((1.0, 2.0, -3.0),)),
         ({"kind": "low_battery", "remaining": 0.1}, "drain_battery", (0.1,)),
+        ({"kind": "wind_step", "change_ned_m_s": [4, 0, 0]}, "change_wind", ((4.0, 0.0, 0.0),)),
     ],
     ids=str,
 )
@@ -234,6 +235,12 @@ def test_the_geofence_is_breached_once(pilot, monkeypatch):
     p.command(400, 1)
     assert p.run(0.9) and calls == []
     assert p.run(3.0) and calls == [1]
+
+
+def test_a_stronger_wind_is_felt(pilot):
+    gust = {"kind": "wind_step", "since": "takeoff", "at_s": 9.0, "change_ned_m_s": [6.0, 0.0, 0.0]}
+    windy, calm = (pilot(faults=faults).hover().run(4.0).truth for faults in ([gust], []))
+    assert windy.euler_rad[1] > calm.euler_rad[1] + 0.1  # blown north, it leans back: nose up
 
 
 @pytest.mark.parametrize(("since", "before_s"), [("armed", 0.0), ("takeoff", 1.0), ("AUTO.TAKEOFF", 0.0)])
