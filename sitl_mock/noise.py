@@ -12,7 +12,6 @@ sqrt(2) (x - y) / T, has standard deviation 1 / T.
 from __future__ import annotations
 
 import math
-from itertools import accumulate
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,17 +31,15 @@ class Memory:
 
     def __init__(self, time_s: float, start: Block, dt_s: float) -> None:
         self._keep = math.exp(-dt_s / time_s) if time_s > 0 else 0.0
-        self._last: list[float] = start.tolist()
+        self._last = start
 
     def block(self, white: Block) -> Block:
         """The next steps of each, from standard normal numbers (series, steps)."""
-        keep = self._keep
-        if keep == 0.0:
+        if self._keep == 0.0:
             return white
-        rows = (math.sqrt(1.0 - keep * keep) * white).tolist()
-        walked = [_followed(keep, last, row) for last, row in zip(self._last, rows, strict=True)]
-        self._last = [row[-1] for row in walked]
-        return np.array(walked)
+        walked = _followed(self._keep, self._last, math.sqrt(1.0 - self._keep * self._keep) * white)
+        self._last = walked[:, -1]
+        return walked
 
 
 class Smooth:
@@ -53,18 +50,26 @@ class Smooth:
         self._time_s = time_s
         self._keep = math.exp(-dt_s / time_s)
         self._rough = Memory(time_s, first, dt_s)
-        self._last: list[float] = (0.5 * first + 0.5 * second).tolist()
+        self._last = 0.5 * first + 0.5 * second
 
     def block(self, white: Block) -> tuple[Block, Block]:
         """The next steps of each and of its slope, from standard normal numbers (series, steps)."""
         rough = self._rough.block(white)
-        rows = ((1.0 - self._keep) * rough).tolist()
-        smooth = [_followed(self._keep, last, row) for last, row in zip(self._last, rows, strict=True)]
-        self._last = [row[-1] for row in smooth]
+        smooth = _followed(self._keep, self._last, (1.0 - self._keep) * rough)
+        self._last = smooth[:, -1]
         root = math.sqrt(2.0)
-        return root * np.array(smooth), root / self._time_s * (rough - np.array(smooth))
+        return root * smooth, root / self._time_s * (rough - smooth)
 
 
-def _followed(keep: float, last: float, inputs: list[float]) -> list[float]:
-    """y[k+1] = keep y[k] + input[k]."""
-    return list(accumulate(inputs, lambda y, n: keep * y + n, initial=last))[1:]
+def _followed(keep: float, last: Block, inputs: Block) -> Block:
+    """y[k] = keep y[k-1] + input[k], with y[-1] = last, of all series at once.
+
+    By doubling: y[k] = sum over j of keep^j input[k-j] has its first 2, 4, 8 ... terms after each round.
+    """
+    y = inputs.copy()
+    y[:, 0] += keep * last
+    shift, factor = 1, keep
+    while shift < y.shape[1]:
+        y[:, shift:] += factor * y[:, :-shift]
+        shift, factor = 2 * shift, factor * factor
+    return y

@@ -37,7 +37,13 @@ def test_blocks_follow_on_each_other():
     white = stream("test", 3).standard_normal((2, 100))
     one, many = Memory(0.1, np.ones(2), 0.004), Memory(0.1, np.ones(2), 0.004)
     parts = [many.block(white[:, k : k + 20]) for k in range(0, 100, 20)]
-    assert np.array_equal(one.block(white), np.hstack(parts))
+    walked = one.block(white)
+    assert np.abs(walked - np.hstack(parts)).max() < 1e-12
+    # the recursion itself: x[k] = a x[k-1] + sqrt(1 - a^2) n[k], x[-1] = 1
+    a, x = math.exp(-0.04), 1.0
+    for now, n in zip(walked[1], white[1], strict=True):
+        x = a * x + math.sqrt(1 - a * a) * n
+        assert now == pytest.approx(x, abs=1e-12)
 
 
 def test_smooth_has_a_slope():

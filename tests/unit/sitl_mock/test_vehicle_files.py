@@ -94,7 +94,7 @@ def test_what_is_wrong_is_told_with_file_and_key(tmp_path, text, key, reason):
 
 
 def test_no_such_vehicle(tmp_path):
-    with pytest.raises(ConfigError, match="no vehicle of that name.*arducopter, .*sih"):
+    with pytest.raises(ConfigError, match=r"no vehicle of that name.*arducopter, .*sih"):
         load_vehicle("phantom")
     with pytest.raises(ConfigError, match="cannot be read"):
         load_vehicle(str(tmp_path))
