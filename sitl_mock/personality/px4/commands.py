@@ -31,7 +31,7 @@ class Commands:
     """Obeys commands.
 
     `send_message` sends the message with an id at once on a port, `set_interval` sets its rate there; both say whether
-    there is such a message.
+    there is such a message. `send_interval` tells its rate there.
     """
 
     def __init__(
@@ -44,6 +44,7 @@ class Commands:
         home_altitude_m: float,
         send_message: Callable[[Port, int, int], bool],
         set_interval: Callable[[Port, int, float, int], bool],
+        send_interval: Callable[[Port, int], None],
     ) -> None:
         self._is_113 = firmware == "1.13"
         self._is_116 = firmware == "1.16"
@@ -54,12 +55,14 @@ class Commands:
         self._home_altitude_m = home_altitude_m
         self._send_message = send_message
         self._set_stream = set_interval
+        self._tell_stream = send_interval
         self._handlers: dict[int, Callable[[Params, Port, int], int | None]] = {
             mavlink.MAV_CMD_COMPONENT_ARM_DISARM: self._arm,
             mavlink.MAV_CMD_NAV_TAKEOFF: self._take_off,
             mavlink.MAV_CMD_NAV_LAND: self._land,
             mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: self._return,
             mavlink.MAV_CMD_SET_MESSAGE_INTERVAL: self._set_interval,
+            mavlink.MAV_CMD_GET_MESSAGE_INTERVAL: self._get_interval,
             mavlink.MAV_CMD_REQUEST_MESSAGE: self._request_message,
             mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: self._request_version,
         }
@@ -133,6 +136,11 @@ class Commands:
         if not math.isfinite(params[1]):
             return DENIED
         return ACCEPTED if self._set_stream(port, _whole(params[0]), params[1], boot_us) else FAILED
+
+    def _get_interval(self, params: Params, port: Port, boot_us: int) -> int:
+        """Accepted whatever is asked for: 0 is the answer for a message without a stream (seen on 1.13.3)."""
+        self._tell_stream(port, _whole(params[0]) & 0xFFFF)
+        return ACCEPTED
 
     def _return(self, params: Params, port: Port, boot_us: int) -> int:
         return self._commander.request(Mode.RTL, boot_us)

@@ -49,7 +49,7 @@ class Px4:
         parameters = px4_parameters(release, config.system_id, config.com_rcl_except, vehicle)
         self._params = ParameterServer(parameters, ports, burst_us(release))
         self._reporter = Reporter(release, ports, config.streams, estimate)
-        self._readings = Readings(release, self._origin, estimate)
+        self._readings = Readings(release, self._origin, estimate, config.sensors.accelerometer_noise_m_s2)
         self._home = Home(ZERO3, estimate.euler_rad[2], 0)
         self._setpoint: inner_loops.Setpoint | None = None
         self._offboard = OffboardInput(release)
@@ -65,6 +65,7 @@ class Px4:
             self._origin.altitude_m,
             self._send_by_id,
             self._reporter.set_interval,
+            self._reporter.send_interval,
         )
         self._estimate = estimate
         self._controls = inner_loops.TorqueSetpoint(ZERO3, 0.0)
@@ -113,6 +114,9 @@ class Px4:
         elif kind == "TIMESYNC":
             if message.tc1 == 0:
                 self._send(port, mavlink.MAVLink_timesync_message(boot_us * 1000, message.ts1), boot_us)
+        elif kind == "PING":
+            if message.target_system == 0 and message.target_component == 0:
+                self._send(port, mavlink.MAVLink_ping_message(message.time_usec, message.seq, *sender), boot_us)
         elif kind == "HEARTBEAT" and message.type == mavlink.MAV_TYPE_GCS:
             port.ground_station_us = boot_us
         self._send_texts(boot_us)

@@ -1,6 +1,7 @@
 """What PX4's SIH has of sensors that the mock does not simulate: GPS, barometer, magnetometer; drawn around the estimate.
 
-Standard deviations as recorded from SIH standing on the ground.
+Standard deviations as recorded from SIH: of the shaking in flight (an accelerometer's alone, not an estimator's), of the
+others standing on the ground.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ from sitl_mock.sensors import Estimate
 
 _GPS_HORIZONTAL_M, _GPS_VERTICAL_M, _GPS_SPEED_M_S = 0.2, 0.5, 0.067
 _FIELD_NOISE_GAUSS: Vec3 = (0.012, 0.012, 0.021)
+_SHAKING_M_S2: Vec3 = (0.3, 1.0, 0.85)
+_USUAL_NOISE_M_S2 = 0.07
 
 
 class GpsFix(NamedTuple):
@@ -47,9 +50,15 @@ _SITES: dict[Px4Release, _Site] = {
 
 
 class Readings:
-    """Draws the readings, from a generator of its own whose seed is the first estimate's position, noise included."""
+    """Draws the readings, from a generator of its own whose seed is the first estimate's position, noise included.
 
-    def __init__(self, release: Px4Release, origin: Origin, estimate: Estimate) -> None:
+    The shaking goes with `accelerometer_noise_m_s2`, the configured noise of the accelerometer at rest.
+    """
+
+    def __init__(
+        self, release: Px4Release, origin: Origin, estimate: Estimate, accelerometer_noise_m_s2: float
+    ) -> None:
+        self._shaking = accelerometer_noise_m_s2 / _USUAL_NOISE_M_S2
         self._site = _SITES[release]
         self._origin = origin
         self._gauss = random.Random(repr(estimate.position_ned_m)).gauss
@@ -75,6 +84,14 @@ class Readings:
         vn, ve, vd = estimate.velocity_ned_m_s
         velocity = (vn + gauss(0.0, _GPS_SPEED_M_S), ve + gauss(0.0, _GPS_SPEED_M_S), vd + gauss(0.0, _GPS_SPEED_M_S))
         return GpsFix(boot_us, *self._origin.geographic(noisy), velocity)
+
+    def shaken(self, specific_force_frd_m_s2: Vec3, is_flying: bool) -> Vec3:
+        """What the accelerometer measures."""
+        if not is_flying:
+            return specific_force_frd_m_s2
+        (x, y, z), (sx, sy, sz) = specific_force_frd_m_s2, _SHAKING_M_S2
+        gauss, share = self._gauss, self._shaking
+        return x + gauss(0.0, share * sx), y + gauss(0.0, share * sy), z + gauss(0.0, share * sz)
 
     def pressure_altitude_m(self, estimate: Estimate) -> float:
         """What the barometer makes of the altitude."""

@@ -122,8 +122,8 @@ def altitude(picture: Picture) -> Message:
 
 
 def height_above_ground_m(picture: Picture) -> float:
-    """Height above the plane z = 0, where the simulated vehicle starts."""
-    return max(0.0, -picture.estimate.position_ned_m[2])
+    """Height above the plane z = 0, where the simulated vehicle starts; what is landed is on it, whatever is estimated."""
+    return 0.0 if picture.landed else max(0.0, -picture.estimate.position_ned_m[2])
 
 
 def home_position(picture: Picture) -> Message:

@@ -34,6 +34,8 @@ class _Quality(NamedTuple):
 
 _QUALITY_113 = _Quality(895, (0.058, 0.057, 0.0135, 0.074, 0.0012, 0.0), 0.206, 0.0466)
 _QUALITY_NEW = _Quality(895, (0.142, 0.053, 0.025, 0.093, 0.007, math.nan), 0.294, 0.293)
+_CONSTANT_POSITION: int = mavlink.ESTIMATOR_CONST_POS_MODE
+"""A flag that 1.16 has besides while it stands."""
 _VIBRATION_FLYING, _VIBRATION_STANDING = (0.0, 0.1, 1.42), (0.0, 0.011, 0.114)
 _ON_GROUND, _AIRBORNE = 1, 3
 _UTM_FLAGS, _UTM_NEXT_WAYPOINT = 0x7D, 0x80
@@ -47,7 +49,7 @@ def highres_imu(picture: Picture) -> Message:
     has_pressure, has_field = readings.is_new(picture.boot_us)
     return mavlink.MAVLink_highres_imu_message(
         estimate.stamp_us,
-        *estimate.specific_force_frd_m_s2,
+        *readings.shaken(estimate.specific_force_frd_m_s2, not picture.landed),
         *estimate.rates_frd_rad_s,
         *readings.magnetic_field_frd_gauss(estimate),
         standard_pressure_pa(altitude_m),
@@ -109,7 +111,11 @@ def estimator_status(picture: Picture) -> Message:
     """ESTIMATOR_STATUS: all is well."""
     quality = _QUALITY_113 if picture.is_113 else _QUALITY_NEW
     return mavlink.MAVLink_estimator_status_message(
-        picture.position.stamp_us, quality.flags, *quality.ratios, quality.horizontal_m, quality.vertical_m
+        picture.position.stamp_us,
+        quality.flags | (_CONSTANT_POSITION if picture.landed and not picture.is_113 else 0),
+        *quality.ratios,
+        quality.horizontal_m,
+        quality.vertical_m,
     )
 
 

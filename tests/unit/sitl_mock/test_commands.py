@@ -264,3 +264,23 @@ def test_prearm_bit_drops_in_return_mode_on_the_ground(pilot):
 def test_116_acknowledges_a_mode_twice(pilot):
     assert pilot(firmware="1.16").command(176, 1, 4, 3) == [ACCEPTED, ACCEPTED]
     assert pilot(firmware="1.15").command(176, 1, 4, 3) == [ACCEPTED]
+
+
+@pytest.mark.parametrize(
+    ("message_id", "interval_us"), [(30, 10_000), (32, 33_333), (242, 2_000_000), (24, -1), (375, 0), (9999, 0)]
+)
+def test_intervals_are_told_as_by_px4_1_13_3(pilot, message_id, interval_us):
+    p = pilot()
+    answers = p.send(mavlink.MAVLink_command_long_message(1, 1, 510, 0, message_id, 0, 0, 0, 0, 0, 0))
+    assert [a.get_type() for a in answers] == ["MESSAGE_INTERVAL", "COMMAND_ACK"]
+    assert (answers[0].message_id, answers[0].interval_us, answers[1].result) == (message_id, interval_us, ACCEPTED)
+
+
+def test_an_interval_asked_for_is_told_whatever_comes(pilot):
+    p = pilot()
+    p.command(511, 32, 2000)
+    answers = p.send(mavlink.MAVLink_command_long_message(1, 1, 510, 0, 32, 0, 0, 0, 0, 0, 0))
+    assert answers[0].interval_us == 2000
+    p.command(511, 32, -1)
+    answers = p.send(mavlink.MAVLink_command_long_message(1, 1, 510, 0, 32, 0, 0, 0, 0, 0, 0))
+    assert answers[0].interval_us == 0
