@@ -22,7 +22,8 @@ import pytest
 
 CLIENTS = Path(__file__).parent / "clients"
 PATIENCE_S = 60
-_INSTANCES = range(40, 200)
+_INSTANCES = range(1, 10)
+"""PX4's further ones all speak to the same port."""
 
 
 @contextlib.contextmanager

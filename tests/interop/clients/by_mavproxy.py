@@ -12,11 +12,11 @@ from pathlib import Path
 DEADLINE_S = 30
 MODULES = "log,param,mode,arm,cmdlong,misc,link"
 FLIGHTS = {
-    # typed (? again and again), what MAVProxy must say then
+    # typed (? again and again), what MAVProxy must say then (< or may have said before)
     "px4": [
         ("param set MIS_TAKEOFF_ALT 4", ""),
         ("?param show MIS_TAKEOFF_ALT", r"MIS_TAKEOFF_ALT +4\.0"),
-        ("arm throttle", r"^(\S+> )?ARMED"),
+        ("?arm throttle", r"^(\S+> )?ARMED"),
         ("takeoff 4", r"Mode TAKEOFF"),
         ("", r"Mode LOITER"),
         ("?status HEARTBEAT", r"HEARTBEAT \{.*base_mode : 157"),
@@ -27,8 +27,8 @@ FLIGHTS = {
         ("param set WPNAV_SPEED_UP 300", ""),
         ("?param show WPNAV_SPEED_UP", r"WPNAV_SPEED_UP +300\.0"),
         ("mode guided", r"Mode GUIDED"),
-        ("", r"using GPS"),
-        ("arm throttle", r"^(\S+> )?ARMED"),
+        ("<", r"using GPS"),
+        ("?arm throttle", r"^(\S+> )?ARMED"),
         ("takeoff 5", r"NAV_TAKEOFF: ACCEPTED"),
         ("?status HEARTBEAT", r"HEARTBEAT \{.*custom_mode : 4"),
         ("mode land", r"DISARMED"),
@@ -48,9 +48,11 @@ def main():
         listener = Listener(process)
         seen = {"parameters": int(listener.wait_for(r"Received (\d+) parameters")[1])}
         for typed, answer in FLIGHTS[autopilot]:
-            listener.type(typed.removeprefix("?"))
+            if typed == "<" and listener.has_said(answer):
+                continue
+            listener.type(typed.strip("?<"))
             if answer:
-                listener.wait_for(answer, typed.removeprefix("?") if typed.startswith("?") else "")
+                listener.wait_for(answer, typed.strip("?") if typed.startswith("?") else "")
         seen["tlogs"] = [str(path) for path in Path(folder).rglob("*.tlog")]
     finally:
         process.kill()
@@ -64,12 +66,17 @@ class Listener:
     def __init__(self, process):
         self._process = process
         self._lines = queue.Queue()
+        self._said = ""
         threading.Thread(target=self._read, daemon=True).start()
 
     def _read(self):
         for line in self._process.stdout:
             print(line, end="", flush=True)
+            self._said += line
             self._lines.put(line)
+
+    def has_said(self, pattern):
+        return re.search(pattern, self._said) is not None
 
     def type(self, line):
         if line:
