@@ -178,7 +178,6 @@ def test_one_step_is_as_good_as_rk4_in_steps_of_1_ms(params, swing):
         errors.append(
             [np.linalg.norm((now - exact)[part]) for part in (slice(3), slice(3, 6), slice(6, 10), slice(10, 13))]
         )
-    assert np.max(errors, axis=0) == pytest.approx([0.0] * 4, abs=1e-4)
     assert all(np.max(errors, axis=0) < [1e-4, 5e-5, 1e-5, 1e-5])
     assert now[13:] == pytest.approx(exact[13:], abs=1e-9)
 
@@ -274,6 +273,11 @@ def test_comes_down_level_and_says_how():
     assert down.impact.tilt_rad == pytest.approx(math.acos(math.cos(0.2) * math.cos(0.1)), abs=1e-6)
     body.step((0.0,) * 4, CALM)
     assert body.state.impact is None
+    # and it takes off again straight up
+    for _ in range(100):
+        body.step((1.01 * HOVER,) * 4, CALM)
+    assert not body.state.on_ground
+    assert body.state.velocity_ned_m_s[:2] == pytest.approx((0.0, 0.0), abs=1e-12)
 
 
 def test_a_flipped_vehicle_stays_flipped():
