@@ -1,0 +1,108 @@
+"""Missions of the ArduCopter personality: upload, download, AUTO."""
+
+from __future__ import annotations
+
+import pytest
+
+from mavquad.protocol.codec import mavlink
+
+HOME = (-353632620, 1491652370)
+NORTH, EAST = (HOME[0] + 900, HOME[1]), (HOME[0] + 900, HOME[1] + 1100)
+TO_HOME = (16, 0, 0, *HOME, 584.0)
+UP = (22, 3, 0, 0, 0, 8.0)
+PLAN = [TO_HOME, UP, (178, 3, 0, 0, 0, 0.0), (16, 3, 0, *NORTH, 8.0), (16, 3, 2, *EAST, 8.0), (20, 3, 0, 0, 0, 0.0)]
+
+
+def upload(vehicle, plan):
+    answers = vehicle.send(mavlink.MAVLink_mission_count_message(1, 1, len(plan), 0))
+    while answers and answers[-1].get_type().startswith("MISSION_REQUEST"):
+        index = answers[-1].seq
+        command, frame, p1, x, y, z = plan[index]
+        answers = vehicle.send(
+            mavlink.MAVLink_mission_item_int_message(1, 1, index, frame, command, 0, 1, p1, 0, 0, 0, x, y, z, 0)
+        )
+    return [a.type for a in answers if a.get_type() == "MISSION_ACK"]
+
+
+def test_a_mission_is_flown(copter):
+    vehicle = copter().run(1.1)
+    assert upload(vehicle, PLAN) == [0]
+    assert "Flight plan received" in vehicle.texts()
+    vehicle.arm()
+    assert vehicle.mode(3) == [0]
+    vehicle.run(90.0)
+    assert [m.seq for m in vehicle.messages("MISSION_ITEM_REACHED")] == [1, 3, 4]
+    assert vehicle.texts()[:5] == [
+        "Mission: 1 Takeoff",
+        "EKF3 IMU0 MAG0 in-flight yaw alignment complete",
+        "EKF3 IMU1 MAG0 in-flight yaw alignment complete",
+        "Reached command #1",
+        "Mission: 2 ChangeSpeed",
+    ]
+    assert not vehicle.truth.armed
+    assert vehicle.truth.position_ned_m == pytest.approx((0.0, 0.0, 0.0), abs=0.5)
+
+
+def test_from_guided_in_the_air_it_flies_to_its_end_and_stays(copter):
+    vehicle = copter().hover()
+    assert upload(vehicle, [TO_HOME, (16, 3, 0, *NORTH, 12.0)]) == [0]
+    assert vehicle.command(300) == [0]
+    assert vehicle.mock.mode == "AUTO"
+    vehicle.run(20.0)
+    assert vehicle.truth.position_ned_m == pytest.approx((10.0, 0.0, -12.0), abs=2.5)
+    assert abs(vehicle.truth.velocity_ned_m_s[0]) < 0.2
+
+
+def test_a_landing_at_its_end(copter):
+    vehicle = copter().hover()
+    upload(vehicle, [TO_HOME, (21, 3, 0, *NORTH, 0.0)])
+    vehicle.mode(3)
+    vehicle.run(60.0)
+    assert not vehicle.truth.armed
+    assert vehicle.truth.position_ned_m == pytest.approx((10.0, 0.0, 0.0), abs=0.6)
+
+
+def test_without_a_mission_or_a_takeoff_it_is_refused(copter):
+    vehicle = copter().hover()
+    assert vehicle.mode(3) == [4]
+    assert vehicle.texts() == ["Mode change to AUTO failed: init failed"]
+    grounded = copter().arm()
+    upload(grounded, [TO_HOME, (16, 3, 0, *NORTH, 12.0)])
+    assert grounded.mode(3) == [4]
+    assert "Auto: Missing Takeoff Cmd" in grounded.texts()
+    assert copter().run(1.1).command(300) == [4]
+
+
+def test_an_item_that_it_cannot_fly_is_refused(copter):
+    vehicle = copter().run(1.1)
+    assert upload(vehicle, [TO_HOME, UP, (189, 3, 0, 0, 0, 0.0)]) == [mavlink.MAV_MISSION_UNSUPPORTED]
+    vehicle.send(mavlink.MAVLink_mission_request_list_message(1, 1, 0))
+    assert vehicle.messages("MISSION_COUNT")[-1].count == 1
+
+
+def test_it_can_be_read_back_with_home_first(copter):
+    vehicle = copter().run(1.1)
+    upload(vehicle, PLAN)
+    vehicle.send(mavlink.MAVLink_mission_request_list_message(1, 1, 0))
+    assert vehicle.messages("MISSION_COUNT")[-1].count == len(PLAN)
+    items = []
+    for index in range(len(PLAN)):
+        items += vehicle.send(mavlink.MAVLink_mission_request_int_message(1, 1, index, 0))
+    read = [(m.command, m.x, m.y) for m in items if m.get_type() == "MISSION_ITEM_INT"]
+    assert read == [(item[0], *item[3:5]) for item in PLAN]
+
+
+def test_a_fence_is_not_taken(copter):
+    vehicle = copter().run(1.1)
+    answers = vehicle.send(mavlink.MAVLink_mission_count_message(1, 1, 4, 1))
+    assert [a.type for a in answers if a.get_type() == "MISSION_ACK"] == [mavlink.MAV_MISSION_NO_SPACE]
+
+
+def test_going_to_an_item(copter):
+    vehicle = copter().hover()
+    upload(vehicle, PLAN)
+    vehicle.send(mavlink.MAVLink_mission_set_current_message(1, 1, 4))
+    assert vehicle.messages("MISSION_CURRENT")[-1].seq == 4
+    vehicle.mode(3)
+    vehicle.run(1.0)
+    assert "Mission: 4 WP" in vehicle.texts()
