@@ -6,8 +6,9 @@ Times are the world's, from its start; those of the software count from its last
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from mavquad.endpoint import NEVER_US, floor_to_grid_us
 from mavquad.protocol.codec import Message, decode, frame_source, mavlink, message_id
@@ -81,14 +82,15 @@ class MockAutopilot:
         self._wakes_us = self._start_us
         self._crashed_alone = False
         self._boot_us = self._start_us
-        self._boot()
+        self._boot({})
 
-    def _boot(self) -> None:
-        """The software starts: it knows nothing of what was before."""
+    def _boot(self, parameters: Mapping[str, Any]) -> None:
+        """The software starts: it knows nothing of what was before but its parameters."""
         self._is_down = False
         for port in self.ports:
             port.restart()
         self._personality: Personality = _personality(self._config, self.script, self.ports, self._world.estimate)
+        self._personality.stored_parameters.update(parameters)
         strangers = Strangers(self._config.system_id, _AUTOPILOT_IDS[self._config.autopilot])
         self._spoiler = Spoiler(self.script, self.ports, strangers)
         if self.script.has_faults:
@@ -170,7 +172,7 @@ class MockAutopilot:
             self._boot_us = now_us
         self._restamp()
         if self._is_down:
-            self._boot()
+            self._boot(self._personality.stored_parameters)
         boot_us = now_us - self._boot_us
         self._motor_commands = self._personality.fly(self._world.state, self._world.estimate, boot_us, TICK_S)
         if self.script.has_faults:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
 from mavquad.protocol.codec import Message
 from sitl_mock.geometry import Vec4
@@ -32,6 +32,10 @@ class Personality(Protocol):
     @property
     def crashed(self) -> bool:
         """Whether it came down hard or on its back."""
+
+    @property
+    def stored_parameters(self) -> dict[str, Any]:
+        """The values of its parameters, by name; they outlive a reboot."""
 
     def handle(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
         """React to one message that came in on `port`; answers go out there."""

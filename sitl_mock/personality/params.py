@@ -93,6 +93,11 @@ class ParameterServer:
     def __getitem__(self, name: str) -> ParameterValue:
         return self._values[name]
 
+    @property
+    def stored(self) -> dict[str, ParameterValue]:
+        """What the vehicle's memory holds, by name."""
+        return self._values
+
     def answer(self, message: Message, port: Port, boot_us: int) -> list[Message]:
         """What to send at once on this link for PARAM_REQUEST_READ, PARAM_SET or PARAM_REQUEST_LIST.
 

@@ -46,6 +46,11 @@ class Parameters:
     def __getitem__(self, name: str) -> float:
         return self._values[name]
 
+    @property
+    def stored(self) -> dict[str, float]:
+        """What the vehicle's memory holds, by name."""
+        return self._values
+
     def set(self, name: str, value: float) -> None:
         """Change a value, kept within its type; NaN and infinity change nothing."""
         if math.isfinite(value):

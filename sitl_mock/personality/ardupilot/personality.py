@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from mavquad.protocol.codec import Message, mavlink
 from sitl_mock.config import MockConfig
@@ -88,6 +89,11 @@ class ArduCopter:
     def crashed(self) -> bool:
         """Whether it came down hard or on its back."""
         return self.copter.crashed
+
+    @property
+    def stored_parameters(self) -> dict[str, Any]:
+        """The values of its parameters, by name; they outlive a reboot."""
+        return self._params.stored
 
     def pilot_selects(self, mode: str) -> None:
         """The pilot moves the mode switch; `mode` is one of ArduCopter's names."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 from mavquad.protocol.codec import Message, mavlink
 from sitl_mock import inner_loops
@@ -91,6 +92,11 @@ class Px4:
     def crashed(self) -> bool:
         """Whether it came down hard or on its back."""
         return self.commander.crashed
+
+    @property
+    def stored_parameters(self) -> dict[str, Any]:
+        """The values of its parameters, by name; they outlive a reboot."""
+        return self._params.stored
 
     def pilot_selects(self, mode: str) -> None:
         """The pilot moves the mode switch."""

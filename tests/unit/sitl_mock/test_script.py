@@ -200,6 +200,16 @@ def test_reboot_on_the_ground_is_as_a_new_start(pilot):
     assert p.run(1.1).command(400, 1) == [ACCEPTED]
 
 
+@pytest.mark.parametrize(("autopilot", "name"), [("px4", b"MIS_TAKEOFF_ALT"), ("ardupilot", b"RTL_SPEED")])
+def test_parameters_outlive_a_reboot(pilot, autopilot, name):
+    p = pilot(autopilot=autopilot, faults=[{"kind": "reboot", "at_s": 2.0, "down_s": 1.0}]).run(1.0)
+    p.send(mavlink.MAVLink_param_set_message(1, 1, name, 7.0, mavlink.MAV_PARAM_TYPE_REAL32))
+    p.run(3.0).forget()
+    p.send(mavlink.MAVLink_param_request_read_message(1, 1, name, -1))
+    p.run(0.5)
+    assert [m.param_value for m in p.messages("PARAM_VALUE") if m.param_id == name.decode()] == [7.0]
+
+
 def test_a_dead_autopilots_vehicle_falls(pilot):
     p = pilot(faults=[{"kind": "die", "since": "takeoff", "at_s": 8.5}]).hover().run(3.0)
     assert p.truth.position_ned_m[2] == pytest.approx(0.0, abs=0.01)
