@@ -23,6 +23,8 @@ from sitl_mock.port import PortKind
 LOOPBACK = "127.0.0.1"
 PX4_ONBOARD_PORT, PX4_ONBOARD_CLIENT = 14580, 14540
 PX4_GCS_PORT, PX4_GCS_CLIENT = 18570, 14550
+PX4_ONBOARD_CLIENT_LAST = 14549
+"""PX4's instances from the tenth on all speak to this one (its px4-rc.mavlink), or their ports would overlap."""
 ARDUPILOT_PORTS = (5760, 5762, 5763)
 """SERIAL0, SERIAL1, SERIAL2."""
 ARDUPILOT_STEP = 10
@@ -93,8 +95,9 @@ def default_links(autopilot: Autopilot, instance: int) -> tuple[LinkSpec, ...]:
     if autopilot == "ardupilot":
         ports = [port + ARDUPILOT_STEP * instance for port in ARDUPILOT_PORTS]
         return tuple(LinkSpec("tcp", "serial", _loopback(port), waits=number == 0) for number, port in enumerate(ports))
+    client = min(PX4_ONBOARD_CLIENT + instance, PX4_ONBOARD_CLIENT_LAST)
     return (
-        LinkSpec("udp", "onboard", _loopback(PX4_ONBOARD_PORT + instance), _loopback(PX4_ONBOARD_CLIENT + instance)),
+        LinkSpec("udp", "onboard", _loopback(PX4_ONBOARD_PORT + instance), _loopback(client)),
         LinkSpec("udp", "gcs", _loopback(PX4_GCS_PORT + instance), _loopback(PX4_GCS_CLIENT)),
     )
 

@@ -28,7 +28,7 @@ def start_mock(config: Config) -> Iterator[str]:
     with tempfile.TemporaryDirectory(prefix="mavquad-mock-") as folder:
         table = Path(folder) / "mock.toml"
         table.write_text(tomli_w.dumps(config.mock), encoding="utf-8")
-        command = [sys.executable, "-P", "-m", "sitl_mock.cli", "--endpoint", "udpin:127.0.0.1:0", "--announce"]
+        command = [sys.executable, "-P", "-m", "sitl_mock", "--endpoint", "udpin:127.0.0.1:0", "--announce"]
         process = subprocess.Popen(
             [*command, "--config", str(table), "--seed", str(config.seed)],
             stdin=subprocess.PIPE,

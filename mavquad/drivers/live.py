@@ -52,16 +52,15 @@ class LiveDriver(asyncio.DatagramProtocol):
         clock: Clock,
         start_us: int,
         recorder: Recorder | None,
-        peer: tuple[str, int] | None,
-        connected: bool,
+        remote: tuple[str, int] | None,
         locked: Callable[[], bool],
     ) -> None:
         self._clock = clock
-        self._peer = peer
-        self._heard = peer
-        self._connected = connected
+        self._peer = remote
+        self._heard = remote
+        self._connected = remote is not None
         self._is_locked = locked
-        self._locked = peer is not None
+        self._locked = remote is not None
         self._transport: asyncio.DatagramTransport | None = None
         self._timer: asyncio.TimerHandle | None = None
         self._loop = asyncio.get_running_loop()
@@ -188,18 +187,16 @@ async def open_live(
     clock: Clock,
     start_us: int,
     recorder: Recorder | None = None,
-    speak_to: Address | None = None,
     locked: Callable[[], bool] = lambda: True,
 ) -> LiveDriver:
     """Open the socket and start driving.
 
     Args:
-        endpoint: the agent, or the mock autopilot.
+        endpoint: the agent.
         address: where to listen, or whom to send to.
         clock: the time.
         start_us: when the endpoint was started, by that clock.
         recorder: keeps what passes.
-        speak_to: with a listening address: the peer to speak to at once, as PX4 does on its offboard port.
         locked: with a listening address: whether the endpoint knows whom it serves; without it, the first who sends a
             frame of a known message is the peer.
 
@@ -208,11 +205,10 @@ async def open_live(
     """
     local = (address.host, address.port) if address.listens else None
     remote = None if address.listens else (address.host, address.port)
-    peer = remote or ((speak_to.host, speak_to.port) if speak_to is not None else None)
     words = f"{'udpin' if address.listens else 'udpout'}:{address.host}:{address.port}"
     try:
         _, driver = await asyncio.get_running_loop().create_datagram_endpoint(
-            lambda: LiveDriver(endpoint, clock, start_us, recorder, peer, remote is not None, locked),
+            lambda: LiveDriver(endpoint, clock, start_us, recorder, remote, locked),
             local_addr=local,
             remote_addr=remote,
         )

@@ -61,7 +61,7 @@ def replay(run_dir: Path) -> dict[str, object]:
 
 @contextlib.contextmanager
 def mock_vehicle(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
-    command = [sys.executable, "-m", "sitl_mock.cli", "--announce", *arguments]
+    command = [sys.executable, "-m", "sitl_mock", "--announce", *arguments]
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     try:
         assert process.stdout is not None

@@ -5,7 +5,7 @@ from typer.testing import CliRunner
 
 from mavquad.errors import ConfigError, EndpointError, InputError
 from mavquad.schema import parse_section
-from sitl_mock import cli
+from sitl_mock import cli, command
 from sitl_mock.config import MockConfig
 from sitl_mock.config.vehicle import load_vehicle
 from sitl_mock.options import load_config, three_numbers
@@ -21,7 +21,7 @@ def sitl_mock(monkeypatch, capsys):
     def run(*arguments):
         monkeypatch.setattr("sys.argv", ["sitl-mock", *arguments])
         monkeypatch.setenv("COLUMNS", "200")
-        monkeypatch.setattr(cli.asyncio, "run", lambda _: pytest.fail("it started"))
+        monkeypatch.setattr(command.asyncio, "run", lambda _: pytest.fail("it started"))
         with pytest.raises(SystemExit) as ended:
             cli.main()
         out, err = capsys.readouterr()
@@ -125,30 +125,30 @@ def test_no_other_firmware(value):
     ],
 )
 def test_the_first_system_id_is_as_the_real_ones_number_themselves(table, option, instance, wanted):
-    assert cli.first_system_id(parse_section(MockConfig, table, "test"), option, instance) == wanted
+    assert command.first_system_id(parse_section(MockConfig, table, "test"), option, instance) == wanted
 
 
 def test_vehicles_differ_in_id_seed_and_ports():
-    fleet = cli.fleet(MockConfig(), 3, instance=1, first_id=2, seed=10, endpoints=[])
+    fleet = command.fleet(MockConfig(), 3, instance=1, first_id=2, seed=10, endpoints=[])
     assert [spec.config.system_id for spec in fleet] == [2, 3, 4]
     assert [spec.seed for spec in fleet] == [10, 11, 12]
     assert [spec.links[0].speak_to.port for spec in fleet] == [14541, 14542, 14543]
 
 
 def test_named_endpoints_replace_the_usual_ones():
-    fleet = cli.fleet(MockConfig(), 2, 0, 1, 1, ["udpin:127.0.0.1:7000", "tcpin:127.0.0.1:8000"])
+    fleet = command.fleet(MockConfig(), 2, 0, 1, 1, ["udpin:127.0.0.1:7000", "tcpin:127.0.0.1:8000"])
     assert [[link.listen.port for link in spec.links] for spec in fleet] == [[7000, 8000], [7001, 8001]]
 
 
 def test_system_ids_end_at_255():
-    assert cli.fleet(MockConfig(), 2, 0, 254, 1, [])[-1].config.system_id == 255
+    assert command.fleet(MockConfig(), 2, 0, 254, 1, [])[-1].config.system_id == 255
     with pytest.raises(InputError, match="from 254 to 256"):
-        cli.fleet(MockConfig(), 3, 0, 254, 1, [])
+        command.fleet(MockConfig(), 3, 0, 254, 1, [])
 
 
 def test_an_endpoint_that_is_none():
     with pytest.raises(EndpointError):
-        cli.fleet(MockConfig(), 1, 0, 1, 1, ["udp:127.0.0.1:7000"])
+        command.fleet(MockConfig(), 1, 0, 1, 1, ["udp:127.0.0.1:7000"])
 
 
 # ---------------------------------------------------------------------- what a user sees
@@ -198,9 +198,9 @@ def test_a_typo_in_a_fault_file_names_file_and_key(sitl_mock, file):
 
 
 def test_help_has_every_option_the_ports_and_the_exit_codes():
-    shown = CliRunner().invoke(cli.app, ["--help"], env={"COLUMNS": "200"}).output
+    shown = CliRunner().invoke(command.app, ["--help"], env={"COLUMNS": "200"}).output
     words = ["14580+N", "18570+N", "5760+10N", "[[fault]]", "a file with a [mock] table", "2 bad input"]
-    options = [f"--{name.replace('_', '-')}" for name in cli.run.__annotations__ if name != "return"]
+    options = [f"--{name.replace('_', '-')}" for name in command.run.__annotations__ if name != "return"]
     assert len(options) == 16
     assert [word for word in [*words, *options] if word not in shown] == []
 
@@ -209,9 +209,20 @@ def test_an_error_of_the_mock_itself_is_told_as_such(monkeypatch, capsys):
     def broken(*_):
         raise ZeroDivisionError("a fault of ours")
 
-    monkeypatch.setattr(cli, "load_config", broken)
+    monkeypatch.setattr(command, "load_config", broken)
     monkeypatch.setattr("sys.argv", ["sitl-mock"])
     with pytest.raises(SystemExit) as ended:
         cli.main()
     assert ended.value.code == 70
     assert "error in the mock autopilot itself: ZeroDivisionError: a fault of ours" in capsys.readouterr().err
+
+
+def test_ctrl_c_while_it_starts_is_no_error(monkeypatch, capsys):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "_run", interrupted)
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == 130
+    assert capsys.readouterr().err == "interrupted\n"

@@ -12,7 +12,16 @@ def ports(spec):
     return spec.listen.port, spec.speak_to and spec.speak_to.port
 
 
-@pytest.mark.parametrize(("instance", "onboard", "gcs"), [(0, (14580, 14540), 18570), (3, (14583, 14543), 18573)])
+@pytest.mark.parametrize(
+    ("instance", "onboard", "gcs"),
+    [
+        (0, (14580, 14540), 18570),
+        (3, (14583, 14543), 18573),
+        (9, (14589, 14549), 18579),
+        (10, (14590, 14549), 18580),
+        (200, (14780, 14549), 18770),
+    ],
+)
 def test_ports_of_px4(instance, onboard, gcs):
     links = default_links("px4", instance)
     assert [link.kind for link in links] == ["onboard", "gcs"]
