@@ -36,8 +36,8 @@ def test_current_goes_with_the_power_of_each_rotor():
     model.step((2 * HOVER, 0.0, HOVER, HOVER))
     assert model.reading.current_a == pytest.approx(10.0 / 4 * (2**1.5 + 2))
     curved = BatteryModel(REAL, VehicleParams(thrust_curve=0.5))
-    curved.step((1.0, 0.0, 0.0, 0.0))
-    assert curved.reading.current_a == pytest.approx(10.0 / 4 * (20 / 9.81) ** 1.5)
+    curved.step((0.8, 0.0, 0.0, 0.0))
+    assert curved.reading.current_a == pytest.approx(10.0 / 4 * (3.6 / 2.4525) ** 1.5)  # 5 N (0.4 + 0.32)
 
 
 def test_it_empties_in_its_time_and_stays_empty():
