@@ -48,7 +48,7 @@ class _Road:
     """Frames on their way, both ways, in order of arrival."""
 
     def __init__(self) -> None:
-        self._arrivals: list[tuple[int, int, _Direction, bytes | None]] = []
+        self._arrivals: list[tuple[int, int, _Direction, list[bytes] | None]] = []
         self._count = 0
 
     @property
@@ -56,16 +56,16 @@ class _Road:
         """When the next frame arrives."""
         return self._arrivals[0][0] if self._arrivals else NEVER_US
 
-    def put(self, arrival_us: int, direction: _Direction, data: bytes | None) -> int:
-        """Set a frame on its way; its number. None: the direction knows whether it still comes."""
+    def put(self, arrival_us: int, direction: _Direction, frames: list[bytes] | None) -> int:
+        """Set frames on their way together; their number. None: the direction knows whether one still comes."""
         self._count += 1
-        heapq.heappush(self._arrivals, (arrival_us, self._count, direction, data))
+        heapq.heappush(self._arrivals, (arrival_us, self._count, direction, frames))
         return self._count
 
-    def take(self) -> tuple[_Direction, bytes | None]:
-        """What arrives next; no data: it came earlier."""
-        _, number, direction, data = heapq.heappop(self._arrivals)
-        return direction, direction.held(number) if data is None else data
+    def take(self) -> tuple[_Direction, list[bytes]]:
+        """What arrives next."""
+        _, number, direction, frames = heapq.heappop(self._arrivals)
+        return direction, direction.held(number) if frames is None else frames
 
     def next_is_inbound(self) -> bool:
         """Whether what arrives next arrives at the vehicle."""
@@ -91,8 +91,15 @@ class _Direction:
         self._not_before_us = 0
         self._held: dict[int, tuple[int, bytes]] = {}
 
-    def send(self, data: bytes, now_us: int) -> None:
-        """A frame sets out."""
+    def send(self, frames: list[bytes], now_us: int) -> None:
+        """Frames set out: together, if nothing can happen to them."""
+        if self._is_random or self._faults.entries:
+            for frame in frames:
+                self._send_one(frame, now_us)
+        else:
+            self._road.put(floor_to_grid_us(now_us + self._latency_us), self, frames)
+
+    def _send_one(self, data: bytes, now_us: int) -> None:
         delay_us = self._latency_us
         is_lost = False
         if self._is_random:
@@ -103,11 +110,11 @@ class _Direction:
             if not (is_lost or fate.is_lost or self._is_noticed(fate)):
                 self._send_spoiled(fate, now_us + delay_us)
         elif not is_lost:
-            self._road.put(floor_to_grid_us(now_us + delay_us), self, data)
+            self._road.put(floor_to_grid_us(now_us + delay_us), self, [data])
 
-    def held(self, number: int) -> bytes | None:
-        """A frame that waited in vain for others to overtake it; None if they did."""
-        return self._held.pop(number, (0, None))[1]
+    def held(self, number: int) -> list[bytes]:
+        """The frame that waited in vain for others to overtake it; none if they did."""
+        return [self._held.pop(number)[1]] if number in self._held else []
 
     def _is_noticed(self, fate: Fate) -> bool:
         """Whether the vehicle discards the frame, since it is damaged."""
@@ -123,7 +130,7 @@ class _Direction:
             self._held[number] = (fate.behind, fate.data)
             return
         for copy in range(fate.copies + 1):
-            self._road.put(floor_to_grid_us(arrival_us + copy * fate.later_us), self, fate.data)
+            self._road.put(floor_to_grid_us(arrival_us + copy * fate.later_us), self, [fate.data])
         self._overtake(arrival_us)
 
     def _overtake(self, arrival_us: int) -> None:
@@ -133,7 +140,7 @@ class _Direction:
                 self._held[number] = (behind - 1, data)
             else:
                 del self._held[number]
-                self._road.put(arrival_us, self, data)
+                self._road.put(arrival_us, self, [data])
 
 
 class ImpairedLink:
@@ -159,7 +166,7 @@ class ImpairedLink:
         if self._is_ideal and not self._faults:
             self._inner.receive(data, now_us, port)
             return
-        self._inbound[port].send(data, now_us)
+        self._inbound[port].send([data], now_us)
         self._run(now_us)
 
     def next_deadline_us(self) -> int:
@@ -196,17 +203,16 @@ class ImpairedLink:
                 self._arrive(road_us)
 
     def _arrive(self, due_us: int) -> None:
-        direction, data = self._road.take()
-        if data is None:
-            return
-        if direction.is_inbound:
+        direction, frames = self._road.take()
+        if not direction.is_inbound:
+            self._arrived[direction.port] += frames
+        for frame in frames if direction.is_inbound else ():
             self._last_input_us = due_us
-            self._inner.receive(data, due_us, direction.port)
+            self._inner.receive(frame, due_us, direction.port)
             self._collect(due_us)
-        else:
-            self._arrived[direction.port].append(data)
 
     def _collect(self, stamp_us: int) -> None:
         for direction in self._outbound:
-            for datagram in self._inner.datagrams_to_send(direction.port):
-                direction.send(datagram, stamp_us)
+            frames = self._inner.datagrams_to_send(direction.port)
+            if frames:
+                direction.send(frames, stamp_us)
