@@ -64,17 +64,17 @@ class Commands:
             mavlink.MAV_CMD_DO_SET_MODE: self._set_mode,
             mavlink.MAV_CMD_COMPONENT_ARM_DISARM: self._arm,
             mavlink.MAV_CMD_NAV_TAKEOFF: self._take_off,
-            mavlink.MAV_CMD_NAV_LAND: lambda _p, _port, now: self._copter.request_mode(Mode.LAND, now),
-            mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: lambda _p, _port, now: self._copter.request_mode(Mode.RTL, now),
-            mavlink.MAV_CMD_NAV_LOITER_UNLIM: lambda _p, _port, now: self._copter.request_mode(Mode.LOITER, now),
-            mavlink.MAV_CMD_MISSION_START: lambda _p, _port, now: self._copter.start_mission(now),
+            mavlink.MAV_CMD_NAV_LAND: self._land,
+            mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: self._return,
+            mavlink.MAV_CMD_NAV_LOITER_UNLIM: self._loiter,
+            mavlink.MAV_CMD_MISSION_START: self._start_mission,
             mavlink.MAV_CMD_SET_MESSAGE_INTERVAL: self._set_interval,
             mavlink.MAV_CMD_GET_MESSAGE_INTERVAL: self._get_interval,
             mavlink.MAV_CMD_REQUEST_MESSAGE: self._request_message,
             mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: self._request_version,
             mavlink.MAV_CMD_GET_HOME_POSITION: self._request_home,
             mavlink.MAV_CMD_CONDITION_YAW: self._turn,
-            mavlink.MAV_CMD_DO_CHANGE_SPEED: lambda params, _port, _now: self._copter.change_speed(params[1]),
+            mavlink.MAV_CMD_DO_CHANGE_SPEED: self._change_speed,
             mavlink.MAV_CMD_DO_REPOSITION: self._reposition,
             mavlink.MAV_CMD_DO_SET_HOME: self._set_home,
             mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: self._reboot,
@@ -118,6 +118,21 @@ class Commands:
 
     def _take_off(self, params: Params, port: Port, boot_us: int) -> int:
         return self._copter.take_off(params[6], boot_us)
+
+    def _land(self, params: Params, port: Port, boot_us: int) -> int:
+        return self._copter.request_mode(Mode.LAND, boot_us)
+
+    def _return(self, params: Params, port: Port, boot_us: int) -> int:
+        return self._copter.request_mode(Mode.RTL, boot_us)
+
+    def _loiter(self, params: Params, port: Port, boot_us: int) -> int:
+        return self._copter.request_mode(Mode.LOITER, boot_us)
+
+    def _start_mission(self, params: Params, port: Port, boot_us: int) -> int:
+        return self._copter.start_mission(boot_us)
+
+    def _change_speed(self, params: Params, port: Port, boot_us: int) -> int:
+        return self._copter.change_speed(params[1])
 
     def _set_interval(self, params: Params, port: Port, boot_us: int) -> int:
         message_id = _whole(params[0])

@@ -151,7 +151,7 @@ class Flight:
             return Demand(self.navigator.level(estimate, dt_s)[0], lift, is_position_control=False)
         self.navigator.keep_heading()
         if mode in _BY_STICK:
-            self.navigator.descend(self._stick_sinks(), dt_s)
+            self.navigator.descend(self._stick_sinks(), dt_s, _CM * self._params["PILOT_ACCEL_Z"])
             is_level = mode is Mode.ALT_HOLD
             control = self.navigator.level if is_level else self.navigator.control
             return Demand(*control(estimate, dt_s), is_position_control=not is_level)

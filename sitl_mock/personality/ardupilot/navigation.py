@@ -106,9 +106,12 @@ class Navigator:
         part = speed / distance if distance > 1e-9 else 0.0
         self.follow_velocity((n * part, e * part, self._vertical(d, limits)), dt_s, limits)
 
-    def descend(self, speed_m_s: float, dt_s: float) -> None:
-        """Straight down (or up, below 0), at most with the vertical acceleration."""
-        self.follow_velocity((0.0, 0.0, speed_m_s), dt_s)
+    def descend(self, speed_m_s: float, dt_s: float, acceleration_m_s2: float | None = None) -> None:
+        """Straight down (or up, below 0), at most with an acceleration: that of WPNAV_ACCEL_Z if none is given."""
+        limits = self._limits()
+        if acceleration_m_s2 is not None:
+            limits = replace(limits, vertical_m_s2=acceleration_m_s2)
+        self.follow_velocity((0.0, 0.0, speed_m_s), dt_s, limits)
 
     def _vertical(self, distance_m: float, limits: Limits) -> float:
         speed = sqrt_control(distance_m, _POSITION_P, _BRAKING * limits.vertical_m_s2)

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from mavquad.protocol.codec import mavlink
+from mavquad.protocol.codec import Encoder, decode, mavlink
 
 
 def beating(vehicle, seconds):
@@ -44,8 +44,6 @@ def test_only_the_ground_station_counts(copter):
     vehicle = copter().hover()
     vehicle.set("FS_GCS_ENABLE", 5)
     beating(vehicle, 1.0)
-    from mavquad.protocol.codec import Encoder
-
     companion = Encoder(42, 191)
     for _ in range(6):
         vehicle.send(mavlink.MAVLink_heartbeat_message(18, 8, 0, 0, 4, 3), companion)
@@ -63,7 +61,7 @@ def test_on_the_ground_it_disarms(copter):
 @pytest.mark.parametrize(("action", "mode"), [(0, "GUIDED"), (1, "LAND"), (2, "RTL")])
 def test_an_empty_battery(copter, action, mode):
     vehicle = copter().hover()
-    vehicle.set("BATT_LOW_MAH", 3000)
+    vehicle.set("BATT_LOW_MAH", 3100)
     vehicle.set("BATT_FS_LOW_ACT", action)
     vehicle.run(25.0)
     assert any(text.startswith("Battery 1 is low 12.60V used") for text in vehicle.texts())
@@ -126,8 +124,6 @@ def test_landing_takes_its_time(copter):
 
 
 def stamped(vehicle):
-    from mavquad.protocol.codec import decode
-
     for stamp, frame in vehicle.frames:
         message = decode(frame)
         if message.get_type() == "STATUSTEXT":

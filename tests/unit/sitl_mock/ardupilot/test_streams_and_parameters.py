@@ -37,7 +37,7 @@ def test_rates(copter, asked_hz, got_hz):
     """The mock's tick is 4 ms, so that 250 Hz is the most (the real one: 333)."""
     vehicle = copter().run(1.1)
     assert vehicle.command(511, ATTITUDE, 1e6 / asked_hz) == [0]
-    assert count(vehicle, "ATTITUDE", 10.0) == pytest.approx(got_hz, rel=0.02)
+    assert count(vehicle, "ATTITUDE", 10.0) == pytest.approx(got_hz, abs=0.11)
 
 
 def test_intervals_are_whole_milliseconds(copter):
@@ -75,7 +75,7 @@ def test_unknown_messages(copter):
 def test_a_stream_can_be_stopped(copter):
     vehicle = copter().run(1.1)
     vehicle.command(511, ATTITUDE, 20000)
-    assert count(vehicle, "ATTITUDE", 1.0) == 50
+    assert count(vehicle, "ATTITUDE", 1.0) == pytest.approx(50, abs=1)
     vehicle.command(511, ATTITUDE, -1)
     assert count(vehicle, "ATTITUDE", 1.0) == 0
     assert vehicle.command(511, 0, 0) == [0]
@@ -92,7 +92,7 @@ def test_the_position_comes_when_the_estimator_has_one(copter):
 def test_groups_of_streams(copter):
     vehicle = copter().run(1.1)
     vehicle.send(mavlink.MAVLink_request_data_stream_message(1, 1, 10, 20, 1))
-    assert count(vehicle, "ATTITUDE", 2.0) == 20
+    assert count(vehicle, "ATTITUDE", 2.0) == pytest.approx(20, abs=1)
     assert vehicle.messages("VFR_HUD") == []
     vehicle.send(mavlink.MAVLink_request_data_stream_message(1, 1, 0, 4, 1))
     vehicle.forget()
