@@ -15,6 +15,7 @@ and the lag's own memory a(0) adds a(0) E_(k-1). No numerical integration, no ro
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -42,7 +43,7 @@ class Response(NamedTuple):
     """Answer to a unit of lagged input left from before, tau later."""
 
 
-class _Responses(dict[int, Response]):
+class Responses(dict[int, Response]):
     """Of one chain length and lag, by the elapsed time; kept, since stamps are regular."""
 
     def __init__(self, length: int, lag_s: float) -> None:
@@ -56,7 +57,7 @@ class _Responses(dict[int, Response]):
         return found
 
 
-_responses = lru_cache(maxsize=64)(_Responses)
+responses = lru_cache(maxsize=64)(Responses)
 
 
 def response(length: int, lag_s: float, tau_us: int) -> Response:
@@ -75,28 +76,27 @@ def response(length: int, lag_s: float, tau_us: int) -> Response:
 class Interval(NamedTuple):
     """What happens between two moments: the command in force at the start and when others take over."""
 
-    duration_us: int
     whole: Response
     first: Vec4
-    switches: list[tuple[tuple[float, ...], Vec4]]
-    """(answer to a unit step of that age at the end, change of the command)."""
+    switches: list[tuple[tuple[float, ...], Vec4, Vec4]]
+    """(answer to a unit step of that age at the end, the command that took over, the one before)."""
 
 
 def interval(length: int, lag_s: float, commands: tuple[Command, ...], from_us: int, to_us: int) -> Interval:
     """The commands in force between two moments. Before the first command its own value is taken."""
-    responses = _responses(length, lag_s)
-    at = len(commands) - 1
-    while at > 0 and commands[at][0] >= to_us:
-        at -= 1
-    switches = []
-    start_us, value = commands[at]
-    while at > 0 and start_us > from_us:
-        at -= 1
-        before_us, before = commands[at]
-        switches.append((responses[to_us - start_us].step, _difference(value, before)))
-        start_us, value = before_us, before
-    duration_us = to_us - from_us
-    return Interval(duration_us, responses[duration_us], value, switches)
+    return between(responses(length, lag_s), commands, from_us, to_us)
+
+
+def between(known: Responses, commands: tuple[Command, ...], from_us: int, to_us: int) -> Interval:
+    """The same, for a chain whose responses are at hand."""
+    last = max(bisect_left(commands, (to_us,)) - 1, 0)
+    first = min(max(bisect_left(commands, (from_us + 1,)), 1) - 1, last)
+    # In force at the start is commands[first]; those up to commands[last] take over, the latest first.
+    later, earlier = commands[last:first:-1], commands[first:last][::-1]
+    switches = [
+        (known[to_us - start_us].step, new, old) for (start_us, new), (_, old) in zip(later, earlier, strict=True)
+    ]
+    return Interval(known[to_us - from_us], commands[first][1], switches)
 
 
 def appended(commands: tuple[Command, ...], new: Command, oldest_needed_us: int) -> tuple[Command, ...]:
@@ -115,42 +115,64 @@ def advance(state: list[float], lagged: float, span: Interval, channel: int) -> 
     return _ADVANCE[len(state) - 1](state, lagged, span, channel)
 
 
-def _written_out(length: int) -> Callable[[list[float], float, Interval, int], tuple[list[float], float]]:
-    """The sums of `advance` for one length of chain, without loops over the states: they are most of a step's cost.
+class Sums(NamedTuple):
+    """The sums of `advance` for one length of chain, written out without loops over the states: they are most of a step's
+    cost. They want `span`, `channel`, `state` and `lagged`.
 
     zeta_i+ = step_i first + memory_i lagged + sum_k taylor_k zeta_(i+k) + sum over the switches of their step_i change
     """
+
+    shared: list[str]
+    """What all the chains that go through an interval together have in common."""
+    own: list[str]
+    """Each chain's part."""
+    state: str
+    """Expressions of the state at the end, and of the lagged input."""
+    lagged: str
+
+
+def sums(length: int) -> Sums:
+    """Of a chain of this length."""
     r = range(length)
 
     def names(letter: str) -> str:
         return ", ".join(f"{letter}{i}" for i in range(length + 1))
 
-    lines = [
-        "def advance(state, lagged, span, channel):",
-        f"    _, ((_, {', '.join(f'h{k + 1}' for k in r)},), ({names('s')}), ({names('m')})), first, switches = span",
-        "    first = first[channel]",
-        f"    {names('z')} = state",
-        *(
-            f"    d{i} = s{i} * first + m{i} * lagged + z{i} + "
-            + " + ".join(f"h{k} * z{i + k}" for k in range(1, length - i + 1))
-            for i in r
-        ),
-        f"    a = s{length} * first + m{length} * lagged",
-        f"    for ({names('s')}), change in switches:",
-        "        change = change[channel]",
-        *(f"        d{i} += s{i} * change" for i in r),
-        f"        a += s{length} * change",
-        f"    return [{', '.join(f'd{i}' for i in r)}, z{length}], a",
-    ]
+    taylor = ", ".join(f"h{k + 1}" for k in r)
+    return Sums(
+        shared=[f"((_, {taylor},), ({names('s')}), ({names('m')})), commanded, switches = span"],
+        own=[
+            f"{names('z')} = state",
+            "first = commanded[channel]",
+            *(
+                f"d{i} = s{i} * first + m{i} * lagged + z{i} + "
+                + " + ".join(f"h{k} * z{i + k}" for k in range(1, length - i + 1))
+                for i in r
+            ),
+            f"a = s{length} * first + m{length} * lagged",
+            f"for ({names('u')}), new, old in switches:",
+            "    change = new[channel] - old[channel]",
+            *(f"    d{i} += u{i} * change" for i in r),
+            f"    a += u{length} * change",
+        ],
+        state=f"[{', '.join(f'd{i}' for i in r)}, z{length}]",
+        lagged="a",
+    )
+
+
+def written(head: str, body: list[str]) -> Callable[..., Any]:
+    """The function that this head and these lines define."""
     scope: dict[str, Any] = {}
-    exec("\n".join(lines), scope)
-    written: Callable[[list[float], float, Interval, int], tuple[list[float], float]] = scope["advance"]
-    return written
+    exec("\n    ".join([head, *body]), scope)
+    made: Callable[..., Any] = scope[head.removeprefix("def ").partition("(")[0]]
+    return made
+
+
+def _written_out(length: int) -> Callable[[list[float], float, Interval, int], tuple[list[float], float]]:
+    code = sums(length)
+    result = f"return {code.state}, {code.lagged}"
+    return written("def advance(state, lagged, span, channel):", [*code.shared, *code.own, result])
 
 
 _LONGEST = 5
 _ADVANCE = {length: _written_out(length) for length in range(1, _LONGEST + 1)}
-
-
-def _difference(new: Vec4, old: Vec4) -> Vec4:
-    return (new[0] - old[0], new[1] - old[1], new[2] - old[2], new[3] - old[3])

@@ -16,7 +16,7 @@ from mavquad.control.actuation import Command, appended
 from mavquad.control.euler import euler_rates, trig
 from mavquad.control.inversion import to_world
 from mavquad.control.model import GRAVITY_M_S2
-from mavquad.control.observer import Chain, ChainSpec, usable
+from mavquad.control.observer import Chain, ChainSpec, Together, usable
 from mavquad.control.thrust import ThrustReplica
 from mavquad.control.tuning import ACCELERATION, JERK, VELOCITY, Tuning
 from mavquad.frames import unwrap_near
@@ -58,6 +58,10 @@ class Estimator:
         held = push if tune.horizontal.spec.length == 2 else (0.0, 0.0, 0.0)
         self.commands: tuple[Command, ...] = ((self._start_us, (held[2], 0.0, held[0], held[1])),)
         self.chains = self._begun(push, held)
+        z, yaw, x, y = self.chains
+        self._place, self._turn = Together(x, y, z), Together(yaw)
+        # x, y and z go through the same intervals where their actuators are alike.
+        self._alike = _actuator(z.spec) == _actuator(x.spec)
         if tune.state_feedback:
             self._copy_state()
 
@@ -119,10 +123,9 @@ class Estimator:
         yaw = self.chains[YAW]
         yaw.predict(yaw.span(self.commands, self.yaw_us, stamp_us), YAW)
         self.yaw_us = stamp_us
-        yaw.correct(0, unwrap_near(attitude.yaw_rad, yaw.values[0]) - yaw.values[0], stamp_us)
+        self._turn.take(0, (unwrap_near(attitude.yaw_rad, yaw.values[0]),), stamp_us)
         if self._yaw_rate:
-            yaw_rate = euler_rates(t, attitude.rates_flu_rad_s)[2]
-            yaw.correct(self._yaw_rate, yaw_rate - yaw.predicted(self._yaw_rate), stamp_us)
+            self._turn.take(self._yaw_rate, (euler_rates(t, attitude.rates_flu_rad_s)[2],), stamp_us)
         if self._acceleration and usable(stamp_us, self.stamp_us):
             self._advance(stamp_us)
             self._correct(self._acceleration, self._measured_acceleration(), stamp_us)
@@ -154,19 +157,18 @@ class Estimator:
         if stamp_us <= self.stamp_us:
             return
         z, _, x, y = self.chains
-        z.predict(z.span(self.commands, self.stamp_us, stamp_us), Z)
-        span = x.span(self.commands, self.stamp_us, stamp_us)
-        x.predict(span, X)
-        y.predict(span, Y)
+        along = x.span(self.commands, self.stamp_us, stamp_us)
+        if self._alike:
+            x.code.predict((x, y, z), _XYZ, along)
+        else:
+            x.code.predict((x, y), (X, Y), along)
+            z.code.predict((z,), (Z,), z.span(self.commands, self.stamp_us, stamp_us))
         self.stamp_us = stamp_us
         self.thrust.advance(stamp_us)
 
     def _correct(self, row: int, measured_nwu: Vec3, stamp_us: int) -> None:
         """One row of x, y and z."""
-        late_us = self.stamp_us - stamp_us
-        for channel, measured in zip(_XYZ, measured_nwu, strict=True):
-            chain = self.chains[channel]
-            chain.correct(row, measured - chain.predicted(row, late_us), stamp_us, late_us)
+        self._place.take(row, measured_nwu, stamp_us, self.stamp_us - stamp_us)
 
     def _measured_acceleration(self) -> Vec3:
         x, y, z = self.push()
@@ -207,13 +209,16 @@ class Estimator:
         """zeta_1 .. zeta_r, sigma of each channel at the moment that the law acts for, with the commands in flight."""
         tune, commands = self._tune, self._before(arrive_us)
         z, yaw, x, y = self.chains
-        span = x.span(commands, self.stamp_us, arrive_us + tune.horizontal.ahead_us)
-        return (
-            z.ahead(z.span(commands, self.stamp_us, arrive_us + tune.vertical.ahead_us), Z),
-            yaw.ahead(yaw.span(commands, self.yaw_us, arrive_us + tune.yaw.ahead_us), YAW),
-            x.ahead(span, X),
-            y.ahead(span, Y),
-        )
+        from_us, turn_us = self.stamp_us, arrive_us + tune.yaw.ahead_us
+        along_us, up_us = arrive_us + tune.horizontal.ahead_us, arrive_us + tune.vertical.ahead_us
+        along = x.span(commands, from_us, along_us)
+        [turned] = yaw.code.ahead((yaw,), (YAW,), yaw.span(commands, self.yaw_us, turn_us))
+        if self._alike and up_us == along_us:
+            there_x, there_y, there_z = x.code.ahead((x, y, z), _XYZ, along)
+        else:
+            there_x, there_y = x.code.ahead((x, y), (X, Y), along)
+            [there_z] = z.code.ahead((z,), (Z,), z.span(commands, from_us, up_us))
+        return there_z, turned, there_x, there_y
 
     def sent(self, arrive_us: int, w: Vec4, thrust_m_s2: float) -> None:
         """Remember what a command really makes of the chains, and its thrust."""
@@ -230,3 +235,7 @@ class Estimator:
         if self.commands[-1][0] < arrive_us:
             return self.commands
         return tuple(command for command in self.commands if command[0] < arrive_us) or self.commands[:1]
+
+
+def _actuator(spec: ChainSpec) -> tuple[int, float, int]:
+    return spec.length, spec.lag_s, spec.dead_us

@@ -26,14 +26,34 @@ there predict, and the prediction is that of the plain chain.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
-from mavquad.control.actuation import Command, Interval, advance, interval
+from mavquad.control.actuation import Command, Interval, between, responses
+from mavquad.control.chain_code import chain_code
 from mavquad.control.gains import observer_gain
 
 _LATE_MAX_US = 100_000
 _KEPT = 4096
+
+
+class Gains(dict[int, tuple[float, ...]]):
+    """K of one row by the time since it was measured, us; kept, since stamps are regular."""
+
+    def __init__(self, kappa_rad_s: float, moduli: tuple[float, ...]) -> None:
+        super().__init__()
+        self._kappa_rad_s, self._moduli = kappa_rad_s, moduli
+
+    def __missing__(self, dt_us: int) -> tuple[float, ...]:
+        if len(self) >= _KEPT:
+            self.clear()
+        found = self[dt_us] = observer_gain(self._kappa_rad_s, self._moduli, dt_us)
+        return found
+
+
+_gains = lru_cache(maxsize=64)(Gains)
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,16 +65,11 @@ class Row:
     kappa_rad_s: float
     moduli: tuple[float, ...]
     """Its poles are -kappa times these: one for each state of the stretch, and for each of the disturbance's."""
-    _gains: dict[int, tuple[float, ...]] = field(default_factory=dict, compare=False, repr=False)
 
-    def gain(self, dt_us: int) -> tuple[float, ...]:
-        """K(dt); kept, since stamps are regular."""
-        gain = self._gains.get(dt_us)
-        if gain is None:
-            if len(self._gains) >= _KEPT:
-                self._gains.clear()
-            gain = self._gains[dt_us] = observer_gain(self.kappa_rad_s, self.moduli, dt_us)
-        return gain
+    @property
+    def gains(self) -> Gains:
+        """K(dt)."""
+        return _gains(self.kappa_rad_s, self.moduli)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,9 +114,10 @@ class Chain:
         values: zeta_1 .. zeta_r and sigma.
         drifts: of each stretch but the last, its disturbance and the derivatives of it that are estimated.
         lagged: the input behind its lag.
+        code: the arithmetic of its kind.
     """
 
-    __slots__ = ("_corrected_us", "_unmeasured", "drifts", "lagged", "spec", "values")
+    __slots__ = ("_corrected_us", "_gains", "_responses", "code", "drifts", "lagged", "spec", "values")
 
     def __init__(self, spec: ChainSpec, values: tuple[float, ...], stamp_us: int, lagged: float = 0.0) -> None:
         self.spec = spec
@@ -109,15 +125,9 @@ class Chain:
         self.drifts = [[0.0] * (len(row.moduli) - (after.index - row.index)) for row, after in pairwise(spec.rows)]
         self.lagged = lagged
         self._corrected_us = [stamp_us] * len(spec.rows)
-        # Of each row, where the parts of its offset are: (stretch, derivative of its disturbance).
-        self._unmeasured = [
-            [
-                (stretch, row.index - after.index)
-                for stretch, after in enumerate(spec.rows[1:])
-                if 0 <= row.index - after.index < len(self.drifts[stretch])
-            ]
-            for row in spec.rows
-        ]
+        self._gains = [row.gains for row in spec.rows]
+        self._responses = responses(spec.length, spec.lag_s)
+        self.code = chain_code(spec.length, tuple((row.index, len(row.moduli)) for row in spec.rows))
 
     @property
     def sigma(self) -> float:
@@ -126,20 +136,16 @@ class Chain:
 
     def span(self, commands: tuple[Command, ...], from_us: int, to_us: int) -> Interval:
         """What the commands do between two moments; of use to every chain of the same kind."""
-        spec = self.spec
-        return interval(spec.length, spec.lag_s, commands, from_us - spec.dead_us, to_us - spec.dead_us)
+        dead_us = self.spec.dead_us
+        return between(self._responses, commands, from_us - dead_us, to_us - dead_us)
 
     def predict(self, span: Interval, channel: int) -> None:
         """To the end of the interval."""
-        self.values, self.lagged = advance(self.values, self.lagged, span, channel)
-        for drift in self.drifts:
-            for i in range(len(drift) - 1):
-                for h, slope in zip(span.whole.taylor[1:], drift[i + 1 :], strict=False):
-                    drift[i] += h * slope
+        self.code.predict((self,), (channel,), span)
 
     def ahead(self, span: Interval, channel: int) -> list[float]:
         """zeta_1 .. zeta_r and sigma at the end of the interval; the estimate stays where it is."""
-        return advance(self.values, self.lagged, span, channel)[0]
+        return self.code.ahead((self,), (channel,), span)[0]
 
     def measured_before(self, row: int, stamp_us: int) -> bool:
         """Whether this row was measured at this moment or later."""
@@ -147,10 +153,7 @@ class Chain:
 
     def offset(self, row: int) -> float:
         """What of its state a row does not measure."""
-        total = 0.0
-        for stretch, derivative in self._unmeasured[row]:
-            total += self.drifts[stretch][derivative]
-        return total
+        return self.code.rows[row].offset(self.drifts)
 
     def predicted(self, row: int, late_us: int = 0) -> float:
         """What the row should measure; `late_us` before the estimate's own moment."""
@@ -169,18 +172,34 @@ class Chain:
         if dt_us <= 0:
             return
         self._corrected_us[row] = stamp_us
-        this, values, drifts = self.spec.rows[row], self.values, self.drifts
-        gain, index = this.gain(dt_us), this.index
+        gain = self._gains[row][dt_us]
         if late_us:
             gain = _carried_on(gain, late_us * 1e-6)
-        for k in gain[: len(values) - index]:
-            values[index] += k * innovation
-            index += 1
-        if row < len(drifts):
-            # The step of the next rows' states is a step of their offsets: what those rows predict stays as it was.
-            drift = drifts[row]
-            for i, k in enumerate(gain[-len(drift) :]):
-                drift[i] += k * innovation
+        self.code.rows[row].correct(self.values, self.drifts, gain, innovation)
+
+
+class Together:
+    """Chains that are measured together, with the same poles."""
+
+    def __init__(self, *chains: Chain) -> None:
+        self._chains = chains
+        self._rows = chains[0].code.rows
+        self._gains = [row.gains for row in chains[0].spec.rows]
+        self._corrected_us = list(chains[0]._corrected_us)
+
+    def take(self, row: int, measured: Sequence[float], stamp_us: int, late_us: int = 0) -> None:
+        """Take in what one row measured of each; see `Chain.correct`."""
+        dt_us = stamp_us - self._corrected_us[row]
+        if dt_us <= 0:
+            return
+        self._corrected_us[row] = stamp_us
+        gain = self._gains[row][dt_us]
+        if not late_us:
+            self._rows[row].take(self._chains, gain, measured)
+            return
+        gain = _carried_on(gain, late_us * 1e-6)
+        for chain, value in zip(self._chains, measured, strict=True):
+            self._rows[row].correct(chain.values, chain.drifts, gain, value - chain.predicted(row, late_us))
 
 
 def _carried_on(derivatives: tuple[float, ...], ahead_s: float) -> tuple[float, ...]:
