@@ -277,3 +277,53 @@ def test_a_fault_that_is_added_counts_from_the_moment_that_is_given(pilot):
     p.mock.fail(Silent(kind="silent", for_s=0.5))
     p.forget()
     assert min(p.run(1.0).stamps_us("ATTITUDE")) == pytest.approx(2_500_000, abs=10_000)
+
+
+@pytest.fixture
+def copter(pilot):
+    """An ArduCopter in GUIDED with these faults, ready to be armed."""
+
+    def ready(*faults):
+        p = pilot(autopilot="ardupilot", faults=faults).run(5.0)
+        assert p.command(176, 1, 4) == [ACCEPTED]
+        return p.run(2.0)
+
+    return ready
+
+
+def test_arducopter_refuses_and_acknowledges_without_acting(copter):
+    p = copter(
+        {"kind": "refuse", "command": "COMPONENT_ARM_DISARM", "result": "FAILED", "times": 1, "text": "No"},
+        {"kind": "ack_without_acting", "command": "DO_SET_MODE", "since": "armed"},
+    )
+    assert p.command(400, 1) == [FAILED]
+    assert not p.mock.armed
+    assert "No" in p.texts()
+    assert p.command(400, 1) == [ACCEPTED]
+    assert p.mock.armed
+    assert p.run(0.5).command(176, 1, 9) == [ACCEPTED]
+    assert p.run(0.5).mock.mode == "GUIDED"
+
+
+def test_arducopters_pilot_takes_over_after_guided(copter):
+    p = copter({"kind": "mode_change", "mode": "STABILIZE", "since": "offboard", "at_s": 4.0})
+    assert p.mock.mode == "GUIDED"
+    p.run(3.0)
+    assert p.mock.mode == "STABILIZE"
+
+
+def test_arducopters_fence(copter):
+    p = copter({"kind": "geofence_breach", "since": "takeoff", "at_s": 5.0})
+    p.command(400, 1)
+    p.run(3.0).command(22, 0, 0, 0, 0, 0, 0, 5.0)
+    p.run(4.0)
+    assert p.mock.mode == "GUIDED"
+    p.run(5.0)
+    assert p.mock.mode == "RTL"
+
+
+@pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
+def test_a_twin_shows_the_same_autopilot(pilot, autopilot):
+    p = pilot(autopilot=autopilot, faults=[{"kind": "second_vehicle", "heartbeat_hz": 50.0}]).run(2.0)
+    assert len(p.messages("HEARTBEAT")) > 95
+    assert len({message.autopilot for message in p.messages("HEARTBEAT")}) == 1
