@@ -27,6 +27,7 @@ from sitl_mock.script import Script
 from sitl_mock.sensors import Estimate
 from sitl_mock.signatures import signatures_of, signatures_set_up
 from sitl_mock.spoiler import Spoiler, Strangers
+from sitl_mock.vehicle_clock import VehicleClock
 from sitl_mock.world import TICK_S, World
 
 _OFF: Vec4 = (0.0, 0.0, 0.0, 0.0)
@@ -71,6 +72,7 @@ class MockAutopilot:
     def __init__(self, config: MockConfig, seed: int, start_us: int, ports: Sequence[PortKind] = ("onboard",)) -> None:
         self._start_us = floor_to_grid_us(start_us)
         self._tick_us = self._start_us
+        self._clock = VehicleClock(self._start_us, config.clock_drift)
         self._config = config
         self._world = World(config, seed)
         self.script = Script(config.faults, self._start_us)
@@ -128,6 +130,7 @@ class MockAutopilot:
 
     def receive(self, data: bytes, now_us: int, port: int = 0) -> None:
         """Take in one whole, valid frame."""
+        now_us = self._clock.vehicle_us(now_us)
         at = self.ports[port]
         if self._is_down or not at.lets_in(data, now_us):
             return
@@ -155,11 +158,11 @@ class MockAutopilot:
     def next_deadline_us(self) -> int:
         """The next tick of the physics."""
         is_over = self._wakes_us == NEVER_US and self._world.state.on_ground
-        return NEVER_US if is_over else self._tick_us + TICK_US
+        return NEVER_US if is_over else self._clock.wall_us(self._tick_us + TICK_US)
 
     def on_deadline(self, now_us: int) -> None:
         """One tick: the vehicle moves under the last motor commands, then is measured, controlled and reported."""
-        self._tick_us = now_us
+        self._tick_us = now_us = self._tick_us + TICK_US  # `now_us` by the vehicle's own clock
         for port in self.ports:
             port.now_us = now_us
         self._world.step(self._motor_commands, now_us - self._start_us)

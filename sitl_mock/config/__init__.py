@@ -44,6 +44,8 @@ class MockConfig(Section):
     """PX4's COM_RCL_EXCEPT at boot; without its bit 4, PX4 1.13 leaves OFFBOARD at once when it has no RC."""
     ready_s: Annotated[float, Field(ge=0, le=300)] = 1.0
     """Time from boot until arming is allowed in s."""
+    clock_drift: Annotated[float, Field(ge=0, le=0.5)] = 0.0
+    """Share by which its clock is slow against the wall's; real PX4 in lockstep, 1.15 and 1.16: 0.01 to 0.025."""
     wind_ned_m_s: tuple[
         Annotated[float, Field(ge=-50, le=50)],
         Annotated[float, Field(ge=-50, le=50)],
