@@ -104,10 +104,9 @@ def appended(commands: tuple[Command, ...], new: Command, oldest_needed_us: int)
 
     A new command that starts no later than the last one replaces it.
     """
-    kept = [c for c in commands if c[0] < new[0]]
-    while len(kept) > 1 and (kept[1][0] <= oldest_needed_us or len(kept) >= MAX_COMMANDS):
-        del kept[0]
-    return (*kept, new)
+    end = bisect_left(commands, (new[0],))
+    start = max(bisect_left(commands, (oldest_needed_us + 1,), 0, end) - 1, end - MAX_COMMANDS + 1, 0)
+    return (*commands[start:end], new)
 
 
 def advance(state: list[float], lagged: float, span: Interval, channel: int) -> tuple[list[float], float]:

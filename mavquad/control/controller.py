@@ -91,6 +91,7 @@ class Controller:
         self._tune = tune = tuning(params, depth)
         self._estimator = Estimator(tune, position, attitude, specific_thrust_m_s2)
         self._length = tune.horizontal.spec.length
+        self._ratios = (tune.vertical.ratios, tune.yaw.ratios, tune.horizontal.ratios, tune.horizontal.ratios)
         self._thrust = Integrator(tune.vertical.integrators, specific_thrust_m_s2)
         self._yaw_input = Integrator(tune.yaw.integrators, 0.0)
         self._yaw_sent_rad = attitude.yaw_rad
@@ -127,13 +128,7 @@ class Controller:
         winds = estimator.wind()
         if self._length == 2:
             winds = (winds[0] + known[0], winds[1] + known[1], winds[2] + known[2])
-        asked = demand(
-            (tune.vertical.gammas, tune.yaw.gammas, tune.horizontal.gammas, tune.horizontal.gammas),
-            references,
-            chains,
-            winds,
-            limits,
-        )
+        asked = demand(self._ratios, references, chains, winds, limits)
         dt_s = max(0.0, min((arrive_us - self._arrive_us) * 1e-6, HOLD_MAX_S))
         self._thrust = advanced(self._thrust, dt_s, limits.thrust_low_m_s2, limits.thrust_high_m_s2)
         self._turn_on(dt_s)
@@ -177,15 +172,7 @@ class Controller:
                 attitude.pitch_rad + ahead_s * pitch_d,
                 attitude.yaw_rad + ahead_s * yaw_d,
             )
-        return Gain(
-            length=self._length,
-            constant=tune.constant_gain,
-            t=t,
-            thrust_m_s2=self._thrust.value,
-            thrust_rate_m_s3=self._thrust.rate,
-            rates_flu_rad_s=rates,
-            known=known,
-        )
+        return Gain(self._length, tune.constant_gain, t, self._thrust.value, self._thrust.rate, rates, known)
 
     def _turn_on(self, dt_s: float) -> None:
         """Depth attitude: the yaw rate in force is integrated to the angle, which does not run away from a slow vehicle."""
@@ -283,17 +270,22 @@ class Controller:
         px, py, pz = estimator.position.position_nwu_m
         # The latest position may be older than the attitude that this step is of.
         age_s = (stamp_us - estimator.position.stamp_us) * 1e-6
-        rx, ry, rz = (c[0] - age_s * (c[1] - 0.5 * age_s * c[2]) for c in (point.x_m, point.y_m, point.z_m))
-        z, yaw, x, y = (chain.values for chain in estimator.chains)
+        rx, ry, rz = _before(point.x_m, age_s), _before(point.y_m, age_s), _before(point.z_m, age_s)
+        z, yaw, x, y = estimator.values()
         yaw_ref = point.yaw_rad[0]
         return Trace(
-            stamp_us=stamp_us,
-            zeta_hat=(tuple(z[:-1]), tuple(yaw[:-1]), tuple(x[:-1]), tuple(y[:-1])),
-            sigma=(z[-1], yaw[-1], x[-1], y[-1]),
-            wind=(winds[1], winds[2], winds[0]),
-            measured=(pz, unwrap_near(estimator.attitude.yaw_rad, yaw_ref), px, py),
-            reference=(rz, yaw_ref, rx, ry),
-            demanded=demanded,
-            inputs=inputs,
-            limits_active=active,
+            stamp_us,
+            (tuple(z[:-1]), tuple(yaw[:-1]), tuple(x[:-1]), tuple(y[:-1])),
+            (z[-1], yaw[-1], x[-1], y[-1]),
+            (winds[1], winds[2], winds[0]),
+            (pz, unwrap_near(estimator.attitude.yaw_rad, yaw_ref), px, py),
+            (rz, yaw_ref, rx, ry),
+            demanded,
+            inputs,
+            active,
         )
+
+
+def _before(derivatives: tuple[float, ...], age_s: float) -> float:
+    """A reference a little earlier."""
+    return derivatives[0] - age_s * (derivatives[1] - 0.5 * age_s * derivatives[2])

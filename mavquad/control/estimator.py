@@ -62,6 +62,7 @@ class Estimator:
         self._place, self._turn = Together(x, y, z), Together(yaw)
         # x, y and z go through the same intervals where their actuators are alike.
         self._alike = _actuator(z.spec) == _actuator(x.spec)
+        self._oldest_us = max(tune.vertical.spec.dead_us, tune.horizontal.spec.dead_us, tune.yaw.spec.dead_us)
         if tune.state_feedback:
             self._copy_state()
 
@@ -85,6 +86,11 @@ class Estimator:
         if self._acceleration and spec.length > ACCELERATION:
             chain.drifts[self._acceleration - 1][0] = -push + self._tune.friction_1_s * values[1]
         return chain
+
+    def values(self) -> tuple[list[float], list[float], list[float], list[float]]:
+        """zeta_1 .. zeta_r, sigma of z, yaw, x, y."""
+        z, yaw, x, y = self.chains
+        return z.values, yaw.values, x.values, y.values
 
     def push(self) -> Vec3:
         """T r3 - g e3 at the latest attitude and thrust, NWU."""
@@ -171,14 +177,14 @@ class Estimator:
         self._place.take(row, measured_nwu, stamp_us, self.stamp_us - stamp_us)
 
     def _measured_acceleration(self) -> Vec3:
-        x, y, z = self.push()
-        a, chains = self._tune.friction_1_s, self.chains
-        return (x - a * chains[X].values[1], y - a * chains[Y].values[1], z - a * chains[Z].values[1])
+        push_x, push_y, push_z = self.push()
+        a, (z, _, x, y) = self._tune.friction_1_s, self.values()
+        return (push_x - a * x[1], push_y - a * y[1], push_z - a * z[1])
 
     def _measured_jerk(self) -> Vec3:
-        x, y, z = self._measured_turn()
-        a, chains = self._tune.friction_1_s, self.chains
-        return (x - a * chains[X].values[2], y - a * chains[Y].values[2], z - a * chains[Z].values[2])
+        turn_x, turn_y, turn_z = self._measured_turn()
+        a, (z, _, x, y) = self._tune.friction_1_s, self.values()
+        return (turn_x - a * x[2], turn_y - a * y[2], turn_z - a * z[2])
 
     def _copy_state(self) -> None:
         """State feedback: the chains are what is measured now, friction as far as known, and sigma is zero."""
@@ -222,13 +228,9 @@ class Estimator:
 
     def sent(self, arrive_us: int, w: Vec4, thrust_m_s2: float) -> None:
         """Remember what a command really makes of the chains, and its thrust."""
-        needed_us = min(self.stamp_us, self.yaw_us) - self._oldest_us()
+        needed_us = min(self.stamp_us, self.yaw_us) - self._oldest_us
         self.commands = appended(self.commands, (arrive_us, w), needed_us)
         self.thrust.command(arrive_us, thrust_m_s2)
-
-    def _oldest_us(self) -> int:
-        tune = self._tune
-        return max(tune.vertical.spec.dead_us, tune.horizontal.spec.dead_us, tune.yaw.spec.dead_us)
 
     def _before(self, arrive_us: int) -> tuple[Command, ...]:
         """The commands that the new one comes after; it replaces the answer to an earlier look at the same moment."""

@@ -51,7 +51,8 @@ class Gain(NamedTuple):
 
 def solve(gain: Gain, demanded: Vec3) -> Inputs:
     """Inputs (thrust, roll, pitch) that give these derivatives of (z, x, y)."""
-    wz, wx, wy = (w - q for w, q in zip(demanded, gain.known, strict=True))
+    (wz, wx, wy), (kz, kx, ky) = demanded, gain.known
+    wz, wx, wy = wz - kz, wx - kx, wy - ky
     if gain.constant:
         thrust, _, roll, pitch = solve_b0(gain.t.s_yaw, gain.t.c_yaw, GRAVITY_M_S2, (wz, 0.0, wx, wy))
         return (thrust + GRAVITY_M_S2, roll, pitch) if gain.length == 2 else (thrust, roll, pitch)

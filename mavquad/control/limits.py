@@ -59,8 +59,13 @@ class Demand(NamedTuple):
     active: tuple[str, ...]
 
 
+def ratios(gammas: Sequence[float]) -> tuple[float, ...]:
+    """gamma_i / gamma_(i+1), i = 1 .. r: the gains of the law from the inside out."""
+    return tuple(inner / outer for inner, outer in zip(gammas, (*gammas[1:], 1.0), strict=True))
+
+
 def demand(
-    gammas: tuple[Values, Values, Values, Values],
+    ratios: tuple[Values, Values, Values, Values],
     references: tuple[Values, Values, Values, Values],
     chains: tuple[Values, Values, Values, Values],
     winds: tuple[float, float, float],
@@ -69,23 +74,24 @@ def demand(
     """The law's right side for z, yaw, x, y.
 
     Args:
-        gammas: gamma_1 .. gamma_r of each channel.
+        ratios: of each channel, see the function of that name.
         references: each with r + 1 entries or more.
         chains: zeta_1 .. zeta_r, sigma of each channel.
         winds: d of z, x, y: the acceleration that is not the thrust's, as far as it is told apart.
         limits: what may be asked for.
     """
     active: list[str] = []
-    z = _vertical(gammas[0], references[0], chains[0], winds[0], limits, active)
-    yaw = _turning(gammas[1], references[1], chains[1], limits, active)
-    x, y = _horizontal(gammas, references, chains, (winds[1], winds[2]), z + GRAVITY_M_S2, limits, active)
-    length = len(gammas[0])
+    place, (x_ref, y_ref), (x, y) = ratios[2], references[2:], chains[2:]
+    lift = _vertical(ratios[0], references[0], chains[0], winds[0], limits, active)
+    yaw = _turning(ratios[1], references[1], chains[1], limits, active)
+    go_x, go_y = _horizontal(place, (x_ref, y_ref), (x, y), winds, lift + GRAVITY_M_S2, limits, active)
+    level = _JERK if len(place) > _JERK else 2
     return Demand(
         (
-            _outward(gammas[0], references[0], chains[0], z + winds[0], 2, length),
+            _outward(ratios[0], references[0], chains[0], lift + winds[0], 2),
             yaw,
-            _outward(gammas[2], references[2], chains[2], x, _JERK if length > 3 else 2, length),
-            _outward(gammas[3], references[3], chains[3], y, _JERK if length > 3 else 2, length),
+            _outward(place, x_ref, x, go_x, level),
+            _outward(place, y_ref, y, go_y, level),
         ),
         tuple(active),
     )
@@ -94,82 +100,72 @@ def demand(
 _JERK = 3
 
 
-def _ratio(gamma: Values, i: int) -> float:
-    """gamma_i / gamma_(i+1), i counted from 1."""
-    return gamma[i - 1] / gamma[i] if i < len(gamma) else gamma[i - 1]
-
-
-def _next(gamma: Values, reference: Values, zeta: Values, i: int, aim: float) -> float:
-    """v_i from v_(i-1)."""
-    return reference[i] + _ratio(gamma, i) * (aim - zeta[i - 1])
-
-
-def _outward(gamma: Values, reference: Values, zeta: Values, aim: float, level: int, length: int) -> float:
+def _outward(ratio: Values, reference: Values, zeta: Values, aim: float, level: int) -> float:
     """w from v_level."""
-    for i in range(level + 1, length + 1):
-        aim = _next(gamma, reference, zeta, i, aim)
+    length = len(ratio)
+    while level < length:
+        aim = reference[level + 1] + ratio[level] * (aim - zeta[level])
+        level += 1
     return aim - zeta[length]
 
 
 def _vertical(
-    gamma: Values, reference: Values, zeta: Values, wind: float, limits: DemandLimits, active: list[str]
+    ratio: Values, reference: Values, zeta: Values, wind: float, limits: DemandLimits, active: list[str]
 ) -> float:
     """The vertical acceleration of the thrust, less gravity."""
-    speed = _ratio(gamma, 1) * (reference[0] - zeta[0])
+    speed = ratio[0] * (reference[0] - zeta[0])
     if abs(speed) > limits.climb_m_s:
         speed = math.copysign(limits.climb_m_s, speed)
         active.append("climb_speed")
-    wanted = _next(gamma, reference, zeta, 2, reference[1] + speed) - wind
+    wanted = reference[2] + ratio[1] * (reference[1] + speed - zeta[1]) - wind
     acceleration = min(max(wanted, limits.thrust_low_m_s2 - GRAVITY_M_S2), limits.thrust_high_m_s2 - GRAVITY_M_S2)
     if acceleration != wanted:
         active.append("climb_acceleration")
     return acceleration
 
 
-def _turning(gamma: Values, reference: Values, zeta: Values, limits: DemandLimits, active: list[str]) -> float:
+def _turning(ratio: Values, reference: Values, zeta: Values, limits: DemandLimits, active: list[str]) -> float:
     """w of yaw."""
-    length = len(gamma)
-    speed = _ratio(gamma, 1) * (reference[0] - zeta[0])
+    speed = ratio[0] * (reference[0] - zeta[0])
     if abs(speed) > limits.yaw_rate_rad_s:
         speed = math.copysign(limits.yaw_rate_rad_s, speed)
         active.append("yaw_speed")
     aim = reference[1] + speed
-    if length == 1:
+    if len(ratio) == 1:
         return aim - zeta[1]
-    wanted = _next(gamma, reference, zeta, 2, aim)
+    wanted = reference[2] + ratio[1] * (aim - zeta[1])
     most = limits.yaw_acceleration_rad_s2
     aim = min(max(wanted, -most), most)
     if aim != wanted:
         active.append("yaw_acceleration")
-    return _outward(gamma, reference, zeta, aim, 2, length)
+    return _outward(ratio, reference, zeta, aim, 2)
 
 
 def _horizontal(
-    gammas: tuple[Values, Values, Values, Values],
-    references: tuple[Values, Values, Values, Values],
-    chains: tuple[Values, Values, Values, Values],
-    winds: tuple[float, float],
+    ratio: Values,
+    references: tuple[Values, Values],
+    chains: tuple[Values, Values],
+    winds: tuple[float, float, float],
     lift_m_s2: float,
     limits: DemandLimits,
     active: list[str],
 ) -> tuple[float, float]:
     """v_2 of x and y for r up to 3, v_3 from there on."""
-    gamma, (x_ref, y_ref), (x, y) = gammas[2], references[2:], chains[2:]
-    inner = _ratio(gamma, 1)
-    vx, vy = inner * (x_ref[0] - x[0]), inner * (y_ref[0] - y[0])
+    (x_ref, y_ref), (x, y), (_, wind_x, wind_y) = references, chains, winds
+    vx, vy = ratio[0] * (x_ref[0] - x[0]), ratio[0] * (y_ref[0] - y[0])
     if _too_long(vx, vy, limits.speed_m_s):
         vx, vy = _shortened(vx, vy, limits.speed_m_s)
         active.append("horizontal_speed")
-    ax = _next(gamma, x_ref, x, 2, x_ref[1] + vx) - winds[0]
-    ay = _next(gamma, y_ref, y, 2, y_ref[1] + vy) - winds[1]
+    ax = x_ref[2] + ratio[1] * (x_ref[1] + vx - x[1]) - wind_x
+    ay = y_ref[2] + ratio[1] * (y_ref[1] + vy - y[1]) - wind_y
     lean = min(limits.tilt_tangent * lift_m_s2, _leg(limits.thrust_high_m_s2, lift_m_s2))
     if _too_long(ax, ay, lean):
         ax, ay = _shortened(ax, ay, lean)
         active.append("tilt")
-    ax, ay = ax + winds[0], ay + winds[1]
-    if len(gamma) <= _JERK:
+    ax, ay = ax + wind_x, ay + wind_y
+    if len(ratio) <= _JERK:
         return ax, ay
-    jx, jy = _next(gamma, x_ref, x, _JERK, ax), _next(gamma, y_ref, y, _JERK, ay)
+    jx, jy = x_ref[3] + ratio[2] * (ax - x[2]), y_ref[3] + ratio[2] * (ay - y[2])
     if _too_long(jx, jy, limits.jerk_m_s3):
         jx, jy = _shortened(jx, jy, limits.jerk_m_s3)
         active.append("jerk")

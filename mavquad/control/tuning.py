@@ -8,7 +8,7 @@ from functools import lru_cache
 
 from mavquad.control.defaults import CHAIN_LENGTHS, YAW_LENGTHS, Defaults, defaults
 from mavquad.control.gains import chain_gains
-from mavquad.control.limits import DemandLimits
+from mavquad.control.limits import DemandLimits, ratios
 from mavquad.control.model import GRAVITY_M_S2
 from mavquad.control.observer import ChainSpec, rows
 from mavquad.control.params import LawParams
@@ -25,12 +25,14 @@ class ChannelTuning:
     Attributes:
         spec: the chain, its rows and its actuator.
         gammas: gamma_1 .. gamma_r.
+        ratios: gamma_i / gamma_(i+1).
         integrators: how many stand before its input.
         ahead_us: from when a command arrives until the moment that the law acts for.
     """
 
     spec: ChainSpec
     gammas: tuple[float, ...]
+    ratios: tuple[float, ...]
     integrators: int
     ahead_us: int
 
@@ -120,7 +122,7 @@ def _place(params: LawParams, own: Defaults, depth: Depth, lag_s: float, dead_s:
         length, rows(length, kappas, spread, {ACCELERATION: params.wind_slopes}), lag_s, round(dead_s * 1e6)
     )
     gammas = chain_gains(params.polynomial, length, omega0, params.poles)
-    return ChannelTuning(spec, gammas, length - 2, _ahead_us(params, dead_s, lag_s))
+    return ChannelTuning(spec, gammas, ratios(gammas), length - 2, _ahead_us(params, dead_s, lag_s))
 
 
 def _turn(params: LawParams, own: Defaults, depth: Depth) -> ChannelTuning:
@@ -135,7 +137,7 @@ def _turn(params: LawParams, own: Defaults, depth: Depth) -> ChannelTuning:
     spec = ChainSpec(length, rows(length, kappas, spread), lag_s, round(dead_s * 1e6))
     polynomial = "binomial" if params.polynomial == "poles" and length != len(params.poles) else params.polynomial
     gammas = chain_gains(polynomial, length, omega0, params.poles)
-    return ChannelTuning(spec, gammas, params.yaw_padding, _ahead_us(params, dead_s, lag_s))
+    return ChannelTuning(spec, gammas, ratios(gammas), params.yaw_padding, _ahead_us(params, dead_s, lag_s))
 
 
 def _ahead_us(params: LawParams, dead_s: float, lag_s: float) -> int:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from mavquad.control.gains import chain_gains
-from mavquad.control.limits import Demand, DemandLimits, demand
+from mavquad.control.limits import Demand, DemandLimits, demand, ratios
 
 G = 9.81
 GAMMA = chain_gains("binomial", 4, 2.0)
@@ -39,7 +39,7 @@ def _at(place: float) -> tuple[float, ...]:
 
 def _demand(references: tuple, chains: tuple, limits: DemandLimits, winds: tuple = CALM, length: int = 4) -> Demand:
     gamma = chain_gains("binomial", length, 2.0)
-    return demand((gamma,) * 4, references, chains, winds, limits)
+    return demand((ratios(gamma),) * 4, references, chains, winds, limits)
 
 
 @pytest.mark.parametrize("length", [2, 3, 4])
@@ -53,7 +53,7 @@ def test_without_limits_it_is_the_law(length: int, yaw_length: int) -> None:
         chains = tuple(tuple(rng.uniform(-1, 1) for _ in range(r + 1)) for r in (length, yaw_length, length, length))
         winds = tuple(rng.uniform(-3, 3) for _ in range(3))
         gammas = (gamma, yaw_gamma, gamma, gamma)
-        got = demand(gammas, references, chains, winds, WIDE)
+        got = demand(tuple(map(ratios, gammas)), references, chains, winds, WIDE)
         plain = [_plain(g, r, c) for g, r, c in zip(gammas, references, chains, strict=True)]
         assert got.w == pytest.approx(plain, abs=1e-9)
         assert got.active == ()
@@ -138,7 +138,9 @@ def test_vertical_and_yaw_acceleration() -> None:
 def test_a_yaw_of_one_integrator_has_a_speed_limit_only() -> None:
     gammas = (GAMMA, chain_gains("binomial", 1, 2.0), GAMMA, GAMMA)
     limits = replace(WIDE, yaw_rate_rad_s=0.8, yaw_acceleration_rad_s2=0.1)
-    got = demand(gammas, (STILL, (9.0, 0.3, 0.0, 0.0, 0.0), STILL, STILL), (STILL,) * 4, CALM, limits)
+    got = demand(
+        tuple(map(ratios, gammas)), (STILL, (9.0, 0.3, 0.0, 0.0, 0.0), STILL, STILL), (STILL,) * 4, CALM, limits
+    )
     assert got.w[1] == pytest.approx(0.3 + 0.8)
     assert got.active == ("yaw_speed",)
 
