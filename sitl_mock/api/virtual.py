@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import heapq
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from unittest.mock import patch
 
 from mavquad.drivers.lockstep import START_US
 from mavquad.endpoint import GRID_US, NEVER_US, floor_to_grid_us
@@ -137,6 +139,15 @@ class VirtualVehicle:
             heapq.heapify(self._errands)
 
         return stop
+
+    @contextmanager
+    def clock(self) -> Iterator[None]:
+        """Inside this block `time.time()`, `time.monotonic()` and `time.sleep(s)` are virtual, for scripts that use them.
+
+        What a script has imported by `from time import sleep` stays as it is.
+        """
+        with patch.multiple("time", time=lambda: self.now_us / _US_PER_S, monotonic=lambda: self.now_s, sleep=self.run):
+            yield
 
     def wait(self, condition: Callable[[], bool], until_us: int) -> bool:
         """Let virtual time pass until the condition holds, at most until then; says whether it does."""

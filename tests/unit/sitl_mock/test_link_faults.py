@@ -159,6 +159,14 @@ def test_one_fault_more_leaves_the_others_draws_alone(other):
         assert behind_it == alone
 
 
+def test_each_direction_draws_for_itself():
+    one_way, other_way = (
+        {number(data) for _, data in exchange(200, faults=[fault("drop", probability=0.5, direction=direction)])[1]}
+        for direction in ("to_vehicle", "from_vehicle")
+    )
+    assert one_way != other_way
+
+
 def test_the_seed_of_a_port_is_its_own():
     echo = Echo(fault("drop", probability=0.5, **INBOUND))
     link = ImpairedLink(echo, LinkConfig(latency_ms=0.0), 1, ports=2)

@@ -1,6 +1,7 @@
 """The vehicle in virtual time, and pymavlink's connection to it: who waits lets time pass, and nobody waits for real."""
 
 import math
+import time
 
 import pytest
 from pymavlink import mavutil
@@ -168,6 +169,19 @@ def test_who_waits_in_an_errand_does_not_stop_time():
     vehicle.every(1.0, lambda: connection.recv_match(type="ATTITUDE", blocking=True))
     vehicle.run(5.0)
     assert vehicle.now_s == pytest.approx(5.0, abs=0.01)
+
+
+def test_a_script_that_reads_the_clock_and_sleeps():
+    vehicle = VirtualVehicle()
+    connection = vehicle.connect()
+    with vehicle.clock():
+        start_s, began_s = time.time(), time.monotonic()
+        time.sleep(2.5)
+        assert time.time() - start_s == time.monotonic() - began_s == vehicle.now_s == 2.5
+        while time.time() < start_s + 4.0:  # as scripts wait that know no timeouts
+            connection.recv_match(type="HOME_POSITION")
+        assert vehicle.now_s == pytest.approx(4.0, abs=0.1)
+    assert time.time() > START_S + 100.0
 
 
 def test_something_fails_now():
