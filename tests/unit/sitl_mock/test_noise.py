@@ -57,6 +57,15 @@ def test_smooth_has_a_slope():
     assert correlation(rows[0], 200) == pytest.approx(2 * math.exp(-1), abs=0.06)
 
 
+def test_both_start_as_they_go_on():
+    random = stream("test", 5)
+    start, white = random.standard_normal(8000), random.standard_normal((4000, 1))
+    assert Memory(2.0, start[:4000], 0.01).block(white).std() == pytest.approx(1.0, rel=0.05)
+    place, slope = Smooth(2.0, start, 0.01).block(white)
+    assert place.std() == pytest.approx(1.0, rel=0.05)
+    assert slope.std() == pytest.approx(0.5, rel=0.05)
+
+
 def test_streams_are_apart_and_come_again():
     draw = [stream(name, seed).standard_normal(3).tolist() for name, seed in [("a", 1), ("a", 1), ("b", 1), ("a", -2)]]
     assert draw[0] == draw[1]
