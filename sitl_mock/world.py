@@ -33,7 +33,7 @@ class World:
         self._wind: Wind = wind_of(config, seed)
         self._battery = BatteryModel(config.vehicle.battery(), self._params)
         self._supply = 1.0
-        self._estimator = Estimator(config.sensors, seed)
+        self._estimator = Estimator(config.estimator, seed)
         self.estimate: Estimate = self._estimator.step(self._plant.state, 0, self._battery.reading)
 
     @property

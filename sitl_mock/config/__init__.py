@@ -13,6 +13,7 @@ from sitl_mock.config.sensors import SensorsConfig
 from sitl_mock.config.signing import SigningConfig
 from sitl_mock.config.streams import StreamsConfig
 from sitl_mock.config.vehicle import VehicleConfig, load_vehicle
+from sitl_mock.plant import TICK_US
 
 __all__ = ["ArduPilotRelease", "Autopilot", "Firmware", "MockConfig", "Px4Release"]
 
@@ -26,6 +27,7 @@ Autopilot = Literal["px4", "ardupilot"]
 Px4Release = Literal["1.13", "1.15", "1.16"]
 ArduPilotRelease = Literal["4.7"]
 Firmware = Annotated[Literal["auto", Px4Release, ArduPilotRelease], BeforeValidator(_number_as_text)]
+_TICK_MS = TICK_US // 1000
 _PX4_RELEASES: dict[str, Px4Release] = {"auto": "1.13", "1.13": "1.13", "1.15": "1.15", "1.16": "1.16"}
 _ARDUPILOT_RELEASES: dict[str, ArduPilotRelease] = {"auto": "4.7", "4.7": "4.7"}
 
@@ -108,3 +110,11 @@ class MockConfig(Section):
     def ardupilot_release(self) -> ArduPilotRelease:
         """The release of ArduCopter that is imitated."""
         return _ARDUPILOT_RELEASES[self.firmware]
+
+    @property
+    def estimator(self) -> SensorsConfig:
+        """The errors of the estimator; the samples of PX4 in lockstep (1.15, 1.16) are of whole ticks, as their stamps are."""
+        sensors = self.sensors
+        if self.autopilot != "px4" or self.px4_release == "1.13":
+            return sensors
+        return sensors.model_copy(update={"age_ms": sensors.age_ms // _TICK_MS * _TICK_MS})

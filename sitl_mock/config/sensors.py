@@ -34,4 +34,5 @@ class SensorsConfig(Section):
     noise_time_s: NotNegative = 0.0
     """Correlation time of all this noise in s, which an estimator's filters give it; 0: white."""
     age_ms: Annotated[int, Field(ge=0, le=200)] = 5
-    """Age of the sample in a telemetry message in ms; the message carries the sample's own time stamp."""
+    """Age of the sample in a telemetry message in ms; the message carries the sample's own time stamp. On PX4 1.15 and
+    1.16, whose simulator runs in lockstep, whole ticks of 4 ms of it."""

@@ -152,7 +152,15 @@ def test_positions_are_older_than_their_message_by_no_more_than_their_topic(pilo
         stamp / 1000 - m.time_boot_ms
         for stamp, m in zip(p.stamps_us("LOCAL_POSITION_NED"), p.messages("LOCAL_POSITION_NED"), strict=True)
     ]
-    assert set(ages_ms) == {5, 9}  # the estimate's own 5 ms, and at most one tick since it was published
+    assert set(ages_ms) == {4, 8}  # the estimate's own 4 ms, and at most one tick since it was published
+
+
+def test_stamps_are_on_the_grid_of_ticks_in_lockstep_only(pilot):
+    names = ("ATTITUDE", "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "DISTANCE_SENSOR")
+    for firmware, on_grid in (("1.13", False), ("1.15", True), ("1.16", True)):
+        p = pilot(firmware=firmware).run(1.0)
+        stamps_ms = {m.time_boot_ms for name in names for m in p.messages(name)}
+        assert (not any(stamp % 4 for stamp in stamps_ms)) is on_grid
 
 
 def test_numbers_override_what_the_release_does(pilot):

@@ -68,7 +68,7 @@ def picture(firmware="1.16", **changes):
             failsafe=False,
             ready=True,
             landed=False,
-            home=Home((3.0, 4.0, -5.0), math.radians(90.0), 2_000_000),
+            home=Home((3.0, 4.0, -5.0), math.radians(60.0), 2_000_000),
             origin=origin,
             readings=Readings(firmware, origin, ESTIMATE, 0.0),
             attitude_target=quaternion(0.1, -0.2, 0.3),
@@ -170,7 +170,7 @@ def test_home_position():
     m = sent("HOME_POSITION")
     assert (m.x, m.y, m.z, m.altitude, m.time_usec) == close(3.0, 4.0, -5.0, 494_400, 2_000_000)
     assert (m.latitude * 1e-7 - 47.3977432) * METRES_PER_DEGREE == pytest.approx(3.0, abs=0.02)
-    assert m.q == close(math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
+    assert m.q == close(math.sqrt(0.75), 0.0, 0.0, 0.5)
 
 
 def test_gps_global_origin():

@@ -26,7 +26,7 @@ def test_without_drift_both_are_one():
 
 
 def test_all_that_the_vehicle_tells_is_by_its_own_clock(pilot):
-    p = pilot(firmware="1.16", clock_drift=0.02, sensors={"age_ms": 4}).run(10.0)
+    p = pilot(firmware="1.16", clock_drift=0.02).run(10.0)
     assert len(p.messages("SYS_STATUS")) == pytest.approx(49, abs=1)  # 5 Hz of its own
     stamp_us, told = p.stamps_us("ATTITUDE")[-1], p.messages("ATTITUDE")[-1]
     assert told.time_boot_ms == pytest.approx(0.98 * stamp_us / 1000, abs=8)
