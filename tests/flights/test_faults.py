@@ -91,7 +91,7 @@ def test_vehicle_dies_on_the_ground() -> None:
 def test_link_is_silent_for_a_while_in_flight() -> None:
     flight = fly(faults=[{"kind": "silent", "for_s": 1.5, **IN_FLIGHT}])
     assert flight.exit_code == 4
-    assert flight.agent.error.message.startswith("guard 'stale pose': no ATTITUDE for ")
+    assert flight.agent.error.message.startswith("guard 'stale pose': no LOCAL_POSITION_NED for ")
     assert flight.agent.status().safe_setpoints == 1
     assert landed_safely(flight)
 
