@@ -78,6 +78,11 @@ class Boot:
     def _us(self, real_s: float) -> int:
         return round(real_s * self._scale_us)
 
+    @property
+    def is_told(self) -> bool:
+        """Whether everything has been handed out."""
+        return not self._texts and not self._parameters
+
     def texts(self, boot_us: int) -> list[tuple[int, str]]:
         """(severity, text) of what has been passed since the last call."""
         due = []

@@ -11,9 +11,10 @@ from sitl_mock.config.faults import Refuse
 from sitl_mock.config.vehicle_faults import Reboot
 from sitl_mock.geometry import Vec3
 from sitl_mock.personality import Sender
-from sitl_mock.personality.ardupilot.copter import ACCEPTED, CRITICAL, DENIED, FAILED, INFO, Copter
+from sitl_mock.personality.ardupilot.copter import ACCEPTED, DENIED, FAILED, Copter
 from sitl_mock.personality.ardupilot.guided import height_reference
 from sitl_mock.personality.ardupilot.modes import Mode
+from sitl_mock.personality.ardupilot.news import CRITICAL, INFO
 from sitl_mock.personality.ardupilot.parameters import Parameters
 from sitl_mock.personality.ardupilot.picture import HOME_ALTITUDE_M, north_east
 from sitl_mock.personality.ardupilot.streams import KNOWN, LEAST_INTERVAL_MS, Streams
@@ -95,7 +96,7 @@ class Commands:
         scripted = self._script.answer(command)
         if isinstance(scripted, Refuse):
             if scripted.text:
-                self._copter.texts.append((CRITICAL, scripted.text))
+                self._copter.news.say(CRITICAL, scripted.text)
             return [_ack(command, scripted.result, sender)]
         if scripted is not None:
             return [_ack(command, ACCEPTED, sender)]
@@ -137,13 +138,13 @@ class Commands:
     def _set_interval(self, params: Params, port: Port, boot_us: int) -> int:
         message_id = _whole(params[0])
         if message_id not in KNOWN:
-            self._copter.texts.append((INFO, f"No ap_message for mavlink id ({message_id})"))
+            self._copter.news.say(INFO, f"No ap_message for mavlink id ({message_id})")
             return DENIED
         asked_us = params[1] if math.isfinite(params[1]) else 0.0
         interval_ms = int(min(asked_us, _MOST) // 1000)
         if asked_us > 0 and interval_ms < LEAST_INTERVAL_MS:
             text = f"Requested rate for message ID {message_id} too fast. Increase SCHED_LOOP_RATE"
-            self._copter.texts.append((INFO, text))
+            self._copter.news.say(INFO, text)
             return DENIED
         default_ms = 1000 if asked_us == 0 and message_id == mavlink.MAVLINK_MSG_ID_HEARTBEAT else 0
         self._telemetry.streams(port).set_interval_ms(message_id, interval_ms or default_ms, boot_us)

@@ -8,8 +8,9 @@ from __future__ import annotations
 import math
 
 from sitl_mock.personality import Sender
-from sitl_mock.personality.ardupilot.copter import CRITICAL, WARNING, Copter
+from sitl_mock.personality.ardupilot.copter import Copter
 from sitl_mock.personality.ardupilot.modes import Mode
+from sitl_mock.personality.ardupilot.news import CRITICAL, WARNING
 from sitl_mock.personality.ardupilot.parameters import Parameters
 from sitl_mock.sensors import Estimate
 
@@ -66,13 +67,13 @@ class Failsafes:
             self._clear_ground_station("GCS Failsafe Cleared")
         elif "gcs" not in copter.in_failsafe and copter.armed:
             copter.in_failsafe.add("gcs")
-            copter.texts.append((WARNING, "GCS Failsafe"))
+            copter.news.say(WARNING, "GCS Failsafe")
             self._act(_GCS_ACTIONS.get(int(params["FS_GCS_ENABLE"]), Mode.RTL), boot_us)
 
     def _clear_ground_station(self, text: str) -> None:
         if "gcs" in self._copter.in_failsafe:
             self._copter.in_failsafe.discard("gcs")
-            self._copter.texts.append((WARNING, text))
+            self._copter.news.say(WARNING, text)
 
     # --- battery -----------------------------------------------------------------------------------------------
 
@@ -90,10 +91,10 @@ class Failsafes:
             return
         copter.in_failsafe.add(f"battery {word}")
         used_mah = (1.0 - battery.remaining) * params[_CAPACITY_MAH]
-        copter.texts.append((WARNING, f"Battery 1 is {word} {battery.voltage_v:.2f}V used {used_mah:.0f} mAh"))
+        copter.news.say(WARNING, f"Battery 1 is {word} {battery.voltage_v:.2f}V used {used_mah:.0f} mAh")
         action = _BATTERY_ACTIONS.get(int(params[f"BATT_FS_{name}_ACT"]))
         if action is not None and copter.armed:
-            copter.texts.append((WARNING, "Battery Failsafe"))
+            copter.news.say(WARNING, "Battery Failsafe")
             self._act(action, boot_us)
 
     # --- fence -------------------------------------------------------------------------------------------------
@@ -119,7 +120,7 @@ class Failsafes:
         """The fence is left: FENCE_ACTION."""
         self.breaches += 1
         self.is_outside = True
-        self._copter.texts.append((CRITICAL, f"{names} fence breached"))
+        self._copter.news.say(CRITICAL, f"{names} fence breached")
         action = _FENCE_ACTIONS.get(int(self._params["FENCE_ACTION"]))
         if action is not None and self._copter.armed:
             self._act(action, boot_us)

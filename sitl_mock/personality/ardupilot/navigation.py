@@ -75,9 +75,13 @@ class Navigator:
         self.yaw_rad = 0.0
         self._yaw_rate_rad_s = 0.0
         self.speed_m_s: float | None = None
+        self._limits_version = -1
+        self._limits_of_params = Limits.of(params)
 
     def _limits(self) -> Limits:
-        limits = Limits.of(self._params)
+        if self._limits_version != self._params.version:
+            self._limits_version, self._limits_of_params = self._params.version, Limits.of(self._params)
+        limits = self._limits_of_params
         return limits if self.speed_m_s is None else replace(limits, speed_m_s=self.speed_m_s)
 
     def start(self, estimate: Estimate) -> None:

@@ -35,10 +35,15 @@ def _index() -> dict[str, int]:
 
 
 class Parameters:
-    """The values in force, and the answers to the parameter messages of each port."""
+    """The values in force, and the answers to the parameter messages of each port.
+
+    Attributes:
+        version: grows with every change.
+    """
 
     def __init__(self, changed: dict[str, float]) -> None:
         self._values = {row.name: float(row.value) for row in _rows()} | changed
+        self.version = 0
         self._lists: dict[Port, int] = {}
         self._list_due_us: dict[Port, int] = {}
         self._reads: list[tuple[int, Port, str]] = []
@@ -54,6 +59,7 @@ class Parameters:
     def set(self, name: str, value: float) -> None:
         """Change a value, kept within its type; NaN and infinity change nothing."""
         if math.isfinite(value):
+            self.version += 1
             whole = _RANGES.get(_rows()[_index()[name]].wire_type)
             self._values[name] = value if whole is None else float(max(whole[0], min(whole[1], round(value))))
 
