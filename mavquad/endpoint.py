@@ -47,6 +47,19 @@ class Endpoint(Protocol):
         """What the last call made ready to send; handed out once."""
 
 
+def fire(endpoint: Endpoint, deadline_us: int) -> int:
+    """Let the endpoint act on its deadline; returns the next one.
+
+    Raises:
+        InternalError: the deadline did not move on after it fired (it would never end).
+    """
+    endpoint.on_deadline(deadline_us)
+    next_us = endpoint.next_deadline_us()
+    if next_us <= deadline_us:
+        raise InternalError(f"{type(endpoint).__name__}: the deadline at {deadline_us} us does not move on")
+    return next_us
+
+
 def advance(endpoint: Endpoint, now_us: int) -> Iterator[tuple[int, bytes]]:
     """Fire every deadline up to `now_us`, each at its own time, and yield what it sends as (stamp_us, datagram).
 
@@ -55,12 +68,9 @@ def advance(endpoint: Endpoint, now_us: int) -> Iterator[tuple[int, bytes]]:
     """
     deadline_us = endpoint.next_deadline_us()
     while deadline_us <= now_us:
-        endpoint.on_deadline(deadline_us)
+        fired_us, deadline_us = deadline_us, fire(endpoint, deadline_us)
         for datagram in endpoint.datagrams_to_send():
-            yield deadline_us, datagram
-        fired_us, deadline_us = deadline_us, endpoint.next_deadline_us()
-        if deadline_us <= fired_us:
-            raise InternalError(f"{type(endpoint).__name__}: the deadline at {fired_us} us does not move on")
+            yield fired_us, datagram
 
 
 def deliver(endpoint: Endpoint, data: bytes, now_us: int) -> Iterator[tuple[int, bytes]]:

@@ -148,6 +148,7 @@ class ImpairedLink:
 
     def __init__(self, inner: PortedEndpoint, link: LinkConfig, seed: int, ports: int = 1) -> None:
         self._inner = inner
+        self._inner_us = inner.next_deadline_us()  # asked for again when it has acted, and not before
         self._is_ideal = not (link.latency_ms or link.jitter_ms or link.loss)
         self._faults = inner.script.link_faults
         self._road = _Road()
@@ -165,18 +166,20 @@ class ImpairedLink:
         """The far side sends a frame."""
         if self._is_ideal and not self._faults:
             self._inner.receive(data, now_us, port)
+            self._inner_us = self._inner.next_deadline_us()
             return
         self._inbound[port].send([data], now_us)
         self._run(now_us)
 
     def next_deadline_us(self) -> int:
         """The next arrival on either side, or the inner endpoint's own deadline."""
-        return min(self._inner.next_deadline_us(), self._road.next_us)
+        return min(self._inner_us, self._road.next_us)
 
     def on_deadline(self, now_us: int) -> None:
         """Let everything happen that is due."""
         if self._is_ideal and not self._faults:
             self._inner.on_deadline(now_us)
+            self._inner_us = self._inner.next_deadline_us()
         else:
             self._run(now_us)
 
@@ -190,11 +193,12 @@ class ImpairedLink:
     def _run(self, now_us: int) -> None:
         inner, road = self._inner, self._road
         while True:
-            inner_us, road_us = inner.next_deadline_us(), road.next_us
-            if min(inner_us, road_us) > now_us:
+            inner_us, road_us = self._inner_us, road.next_us
+            if inner_us > now_us and road_us > now_us:
                 return
             if inner_us <= road_us:
                 inner.on_deadline(inner_us)
+                self._inner_us = inner.next_deadline_us()
                 self._collect(inner_us)
             elif road.next_is_inbound() and road_us <= self._last_input_us:
                 # The inner endpoint's inputs have strictly increasing stamps.
@@ -209,6 +213,7 @@ class ImpairedLink:
         for frame in frames if direction.is_inbound else ():
             self._last_input_us = due_us
             self._inner.receive(frame, due_us, direction.port)
+            self._inner_us = self._inner.next_deadline_us()
             self._collect(due_us)
 
     def _collect(self, stamp_us: int) -> None:

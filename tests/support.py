@@ -8,6 +8,7 @@ from mavquad.config import Config, Override, load
 from mavquad.config import default_path as default_config
 from mavquad.drivers.lockstep import START_US, Lockstep
 from mavquad.drivers.replay import OperatorEvent, ReplayResult, replay
+from mavquad.flight.machine import Phase
 from mavquad.flight_record import Note, TraceRow
 from mavquad.schema import parse_section
 from mavquad.tlog import Record
@@ -85,11 +86,9 @@ def fly(
 def run(flight: LockstepFlight, limit_s: float = 150.0, until: str = "") -> None:
     """Run on until the agent is done, or in the phase `until`."""
 
-    def stop() -> bool:
-        flight.rows += flight.agent.take_trace()
-        flight.notes += flight.agent.take_notes()
-        return flight.agent.done or flight.agent.phase.value == until
-
-    flight.lockstep.run(stop, limit_s)
-    if flight.agent.done:
+    agent, last = flight.agent, Phase(until) if until else Phase.DONE
+    flight.lockstep.run(lambda: agent.phase is last or agent.done, limit_s)
+    flight.rows += agent.take_trace()
+    flight.notes += agent.take_notes()
+    if agent.done:
         flight.lockstep.end()

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from mavquad.endpoint import GRID_US, Endpoint, advance, floor_to_grid_us
+from mavquad.endpoint import GRID_US, Endpoint, fire, floor_to_grid_us
 from mavquad.protocol.codec import Framer, is_known
 
 
@@ -52,10 +52,10 @@ class Runner:
         now_us = floor_to_grid_us(now_us)
         if now_us > self._reached_us:
             self._reached_us = now_us
-        if self.deadline_us <= now_us:
-            for stamp_us, datagram in advance(self.endpoint, now_us):
+        while (stamp_us := self.deadline_us) <= now_us:
+            self.deadline_us = fire(self.endpoint, stamp_us)
+            for datagram in self.endpoint.datagrams_to_send():
                 self._out(stamp_us, datagram)
-            self.deadline_us = self.endpoint.next_deadline_us()
 
     def datagram(self, data: bytes, now_us: int) -> None:
         """Take in what a transport delivered."""
@@ -92,9 +92,9 @@ class Runner:
             self._recorder.event(stamp_us, "end")
 
     def _input_stamp(self, now_us: int) -> int:
-        self.last_us = max(floor_to_grid_us(now_us), self.last_us + GRID_US)
-        self.advance(self.last_us)
-        return self.last_us
+        stamp_us = self.last_us = max(floor_to_grid_us(now_us), self.last_us + GRID_US)
+        self.advance(stamp_us)
+        return stamp_us
 
     def _drain(self, stamp_us: int) -> None:
         for datagram in self.endpoint.datagrams_to_send():

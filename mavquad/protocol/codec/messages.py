@@ -8,7 +8,7 @@ from fastcrc.crc16 import mcrf4xx
 
 from mavquad.errors import InternalError
 from mavquad.protocol.codec.dialect import Message, mavlink
-from mavquad.protocol.codec.frame import HEADER_V1, HEADER_V2, MAGIC_V1, SIGNED, frame_length, message_id
+from mavquad.protocol.codec.frame import HEADER_V1, HEADER_V2, SIGNED, frame_length, message_id
 from mavquad.protocol.codec.layout import BY_KIND, BY_NUMBER
 
 _V1 = struct.Struct("<BBBBB")
@@ -23,12 +23,13 @@ def decode(frame: bytes) -> Message:
     Raises:
         InternalError: the frame is not whole; a caller must not pass one on.
     """
-    if len(frame) < HEADER_V1 or frame_length(frame, 0) != len(frame):
+    at = HEADER_V1 if frame[:1] == _START_V1 else HEADER_V2
+    if len(frame) < at or frame_length(frame, 0) != len(frame):
         raise InternalError("decode was given an invalid frame: it is not whole")
-    layout = BY_NUMBER[message_id(frame)]
+    number = message_id(frame)
+    layout = BY_NUMBER[number]
     if layout is None:
-        return mavlink.MAVLink_unknown(message_id(frame), bytearray(frame))
-    at = HEADER_V1 if frame[0] == MAGIC_V1 else HEADER_V2
+        return mavlink.MAVLink_unknown(number, bytearray(frame))
     if frame[1] >= layout.size:
         return layout.unpack(frame, frame, at)
     # Zeros at the end of a payload are not sent.
@@ -59,20 +60,19 @@ class Encoder:
         Raises:
             InternalError: version 1 has no such message.
         """
-        layout = BY_KIND[type(message)]
-        payload = layout.pack(message)
+        number, crc_extra, _, base_size, pack, _ = BY_KIND[type(message)]
+        payload, sequence, (system_id, component_id) = pack(message), self.sequence, self._source
         if self.version == 1:
-            if layout.number > _LAST_ID_V1:
-                raise InternalError(f"MAVLink 1 has no message {layout.number}")
-            payload, start = payload[: layout.base_size], _START_V1
-            header = _V1.pack(len(payload), self.sequence, *self._source, layout.number)
+            if number > _LAST_ID_V1:
+                raise InternalError(f"MAVLink 1 has no message {number}")
+            payload, start = payload[:base_size], _START_V1
+            header = _V1.pack(len(payload), sequence, system_id, component_id, number)
         else:
-            payload, start = payload.rstrip(b"\0") or payload[:1], _START_V2
-            flags, number = SIGNED if signed else 0, layout.number
-            header = _V2.pack(len(payload), flags, 0, self.sequence, *self._source, number & 0xFFFF, number >> 16)
-        self.sequence = (self.sequence + 1) % 256
+            payload, start, flags = payload.rstrip(b"\0") or payload[:1], _START_V2, SIGNED if signed else 0
+            header = _V2.pack(len(payload), flags, 0, sequence, system_id, component_id, number & 0xFFFF, number >> 16)
+        self.sequence = (sequence + 1) % 256
         body = header + payload
-        checksum: int = mcrf4xx(body + layout.crc_extra)
+        checksum: int = mcrf4xx(body + crc_extra)
         return start + body + checksum.to_bytes(2, "little")
 
     def can_say(self, message: Message) -> bool:
