@@ -19,12 +19,16 @@ from sitl_mock.sensors import Estimate
 
 @dataclass(frozen=True, slots=True)
 class PositionSetpoint:
-    """What to follow. A None coordinate is not controlled in position, its velocity is still followed."""
+    """What to follow. A None coordinate is not controlled in position, nor in velocity if that is None too.
+
+    Without a yaw the nose stays where it is, but for the yaw rate, which is also led along a yaw.
+    """
 
     position_ned_m: tuple[float | None, float | None, float | None] = (None, None, None)
-    velocity_ned_m_s: Vec3 = ZERO3
+    velocity_ned_m_s: tuple[float | None, float | None, float | None] = ZERO3
     acceleration_ned_m_s2: Vec3 = ZERO3
     yaw_rad: float | None = None
+    yaw_rate_rad_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +63,8 @@ Setpoint = PositionSetpoint | AttitudeSetpoint | RatesSetpoint | TorqueSetpoint
 class Gains:
     """Gains and limits. Position 1/s; velocity (m/s^2)/(m/s) and (m/s^2)/m; attitude 1/s; rate norm/(rad/s), norm/rad.
 
+    The largest speed towards north, east and down; upwards it may be another, `climb_max_m_s`.
+
     `yaw_weight`: part of the yaw error that the attitude loop counts beside the tilt (MC_YAW_WEIGHT).
     """
 
@@ -72,10 +78,11 @@ class Gains:
     rate_p: Vec3 = (0.11, 0.11, 0.145)
     rate_i: Vec3 = (0.1, 0.1, 0.1)
     rate_integral_max_norm: float = 0.3
-    speed_max_m_s: Vec3 = (5.0, 5.0, 1.5)
+    speed_max_m_s: Vec3 = (12.0, 12.0, 1.5)
+    climb_max_m_s: float | None = None
     integral_max_m_s2: Vec3 = (15.0, 15.0, 5.0)
     rates_max_rad_s: Vec3 = (math.radians(220.0), math.radians(220.0), math.radians(200.0))
-    tilt_max_rad: float = math.radians(60.0)
+    tilt_max_rad: float = math.radians(45.0)
     thrust_min_norm: float = 0.12
 
 
@@ -106,25 +113,61 @@ def step(
 def position_loop(
     gains: Gains, state: LoopState, setpoint: PositionSetpoint, estimate: Estimate, dt_s: float
 ) -> tuple[AttitudeSetpoint, LoopState]:
-    """Position P and velocity PI to a demanded acceleration, and that to attitude and thrust."""
-    demanded = [0.0, 0.0, 0.0]
-    integral = [0.0, 0.0, 0.0]
-    for i in range(3):
-        speed = setpoint.velocity_ned_m_s[i]
-        target = setpoint.position_ned_m[i]
-        if target is not None:
-            speed += gains.position_p[i] * (target - estimate.position_ned_m[i])
-        error = _limited(speed, gains.speed_max_m_s[i]) - estimate.velocity_ned_m_s[i]
-        total = state.velocity_integral_m_s2[i] + gains.velocity_i[i] * error * dt_s
-        integral[i] = _limited(total, gains.integral_max_m_s2[i])
-        demanded[i] = setpoint.acceleration_ned_m_s2[i] + gains.velocity_p[i] * error + integral[i]
+    """Position P and velocity PI to a demanded acceleration, and that to attitude and thrust.
+
+    What the tilt limit leaves of the demand is taken from the error that is integrated (PX4's anti-windup).
+    """
+    errors = _velocity_errors(gains, setpoint, estimate)
+    pushed, held = setpoint.acceleration_ned_m_s2, state.velocity_integral_m_s2
+    p, i = gains.velocity_p, gains.velocity_i
+    demanded = (
+        pushed[0] + p[0] * errors[0] + held[0],
+        pushed[1] + p[1] * errors[1] + held[1],
+        pushed[2] + p[2] * errors[2] + held[2],
+    )
     yaw_rad = yaw_of(estimate.quaternion) if setpoint.yaw_rad is None else setpoint.yaw_rad
-    attitude = attitude_for(gains, (demanded[0], demanded[1], demanded[2]), yaw_rad)
-    return attitude, LoopState((integral[0], integral[1], integral[2]), state.rate_integral_norm)
+    attitude, share = attitude_for(gains, demanded, yaw_rad, setpoint.yaw_rate_rad_s)
+    lost = 2.0 * (1.0 - share)
+    north = errors[0] - lost * demanded[0] / p[0] if lost else errors[0]
+    east = errors[1] - lost * demanded[1] / p[1] if lost else errors[1]
+    most = gains.integral_max_m_s2
+    integral = (
+        _limited(held[0] + i[0] * north * dt_s, most[0]),
+        _limited(held[1] + i[1] * east * dt_s, most[1]),
+        _limited(held[2] + i[2] * errors[2] * dt_s, most[2]),
+    )
+    return attitude, LoopState(integral, state.rate_integral_norm)
 
 
-def attitude_for(gains: Gains, acceleration_ned_m_s2: Vec3, yaw_rad: float) -> AttitudeSetpoint:
-    """Attitude and thrust that give an acceleration.
+def _velocity_errors(gains: Gains, setpoint: PositionSetpoint, estimate: Estimate) -> Vec3:
+    """What the velocities lack; an axis without position and velocity lacks nothing."""
+    wanted = [0.0, 0.0, 0.0]
+    is_free = [False, False, False]
+    for axis in range(3):
+        speed, target = setpoint.velocity_ned_m_s[axis], setpoint.position_ned_m[axis]
+        is_free[axis] = speed is None and target is None
+        wanted[axis] = speed or 0.0
+        if target is not None:
+            wanted[axis] += gains.position_p[axis] * (target - estimate.position_ned_m[axis])
+    north, east, down = wanted
+    speed, fastest = math.hypot(north, east), gains.speed_max_m_s[0]
+    if speed > fastest:
+        north, east = north * fastest / speed, east * fastest / speed
+    sink = gains.speed_max_m_s[2]
+    climb = sink if gains.climb_max_m_s is None else gains.climb_max_m_s
+    down = max(-climb, min(sink, down))
+    vn, ve, vd = estimate.velocity_ned_m_s
+    return (
+        0.0 if is_free[0] else north - vn,
+        0.0 if is_free[1] else east - ve,
+        0.0 if is_free[2] else down - vd,
+    )
+
+
+def attitude_for(
+    gains: Gains, acceleration_ned_m_s2: Vec3, yaw_rad: float, yaw_rate_rad_s: float = 0.0
+) -> tuple[AttitudeSetpoint, float]:
+    """Attitude and thrust that give an acceleration, and the share of its horizontal part that the tilt limit leaves.
 
     The rotors' force per mass f = a - g e3 must lie along -z of the body. In the frame turned by the yaw, the body's
     z axis (third column of Ry(pitch) Rx(roll)) is (sin pitch cos roll, -sin roll, cos pitch cos roll) = -f / |f|.
@@ -134,11 +177,12 @@ def attitude_for(gains: Gains, acceleration_ned_m_s2: Vec3, yaw_rad: float) -> A
     cos_yaw, sin_yaw = math.cos(yaw_rad), math.sin(yaw_rad)
     ahead, right = cos_yaw * north + sin_yaw * east, -sin_yaw * north + cos_yaw * east
     sideways, most = math.hypot(ahead, right), up * math.tan(gains.tilt_max_rad)
-    if sideways > most:
-        ahead, right = ahead * most / sideways, right * most / sideways
+    share = most / sideways if sideways > most else 1.0
+    ahead, right = share * ahead, share * right
     force = math.sqrt(ahead * ahead + right * right + up * up)
     thrust = max(gains.thrust_min_norm, min(1.0, gains.hover_thrust_norm * force / gains.gravity_m_s2))
-    return AttitudeSetpoint(from_euler(math.asin(right / force), math.atan2(-ahead, up), yaw_rad), thrust)
+    quaternion = from_euler(math.asin(right / force), math.atan2(-ahead, up), yaw_rad)
+    return AttitudeSetpoint(quaternion, thrust, yaw_rate_rad_s), share
 
 
 def attitude_loop(gains: Gains, setpoint: AttitudeSetpoint, estimate: Estimate) -> RatesSetpoint:

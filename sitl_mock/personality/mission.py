@@ -90,6 +90,18 @@ class _Transfer:
 class MissionServer:
     """Answers the mission messages that come in on any port; `step` asks again for what was lost."""
 
+    MESSAGES = (
+        "MISSION_COUNT",
+        "MISSION_ITEM",
+        "MISSION_ITEM_INT",
+        "MISSION_REQUEST_LIST",
+        "MISSION_REQUEST",
+        "MISSION_REQUEST_INT",
+        "MISSION_ACK",
+        "MISSION_CLEAR_ALL",
+        "MISSION_SET_CURRENT",
+    )
+
     def __init__(self, system_id: int, plans: Plans, asks_for_int: bool = False) -> None:
         self._system_id = system_id
         self._plans = plans

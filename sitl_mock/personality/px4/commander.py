@@ -1,21 +1,30 @@
-"""PX4's commander: arming, the mode in force, the loss of OFFBOARD setpoints, landing, crash.
+"""PX4's commander: the mode in force, arming, failsafes, the ends of modes.
 
 What the pilot chose (`intended`) and what flies (`mode`) differ during a failsafe. Texts and results are PX4's, seen
-on 1.13.3 and 1.16.2; only the texts about a crash are the mock's own.
+on 1.13.3 and 1.16.2 or read in its source; only the texts about a crash are the mock's own.
 """
 
 from __future__ import annotations
 
-import math
-
-from mavquad.protocol.codec import mavlink
+from mavquad.protocol.codec import Message, mavlink
 from sitl_mock.config import Px4Release
+from sitl_mock.geodesy import Origin
 from sitl_mock.geometry import ZERO3, Vec3
 from sitl_mock.inner_loops import PositionSetpoint, Setpoint, TorqueSetpoint
 from sitl_mock.personality.params import ParameterServer
-from sitl_mock.personality.px4.guidance import IDLE, Guidance, Speeds
+from sitl_mock.personality.px4.arming import Arming
+from sitl_mock.personality.px4.failsafe import Failsafe, Situation, battery_level
+from sitl_mock.personality.px4.failsafe_1_13 import Failsafe113
+from sitl_mock.personality.px4.failsafe_1_14 import Failsafe114
+from sitl_mock.personality.px4.guidance import Guidance
+from sitl_mock.personality.px4.landing_detector import LandingDetector
+from sitl_mock.personality.px4.links import Links
+from sitl_mock.personality.px4.manual import Sticks, sticks_of
+from sitl_mock.personality.px4.mission_plan import MissionPlan
 from sitl_mock.personality.px4.modes import Mode
 from sitl_mock.personality.px4.offboard import OffboardInput
+from sitl_mock.personality.px4.settings import Settings
+from sitl_mock.personality.px4.view import IDLE, View
 from sitl_mock.plant import VehicleState
 from sitl_mock.sensors import Estimate
 
@@ -24,15 +33,15 @@ TEMPORARILY_REJECTED: int = mavlink.MAV_RESULT_TEMPORARILY_REJECTED
 INFO: int = mavlink.MAV_SEVERITY_INFO
 CRITICAL: int = mavlink.MAV_SEVERITY_CRITICAL
 
-_US_PER_S = 1_000_000
+_UNFIT: int = mavlink.MAV_STATE_UNINIT
+_STANDBY: int = mavlink.MAV_STATE_STANDBY
+_ACTIVE: int = mavlink.MAV_STATE_ACTIVE
+_FAILSAFE: int = mavlink.MAV_STATE_CRITICAL
+_TERMINATED: int = mavlink.MAV_STATE_FLIGHT_TERMINATION
+
 _SPOOL_UP_US = 1_000_000
-_LANDED_AFTER_US = 500_000
-_RC_LOSS_TO_RTL_US = 15_000_000
-_CRASH_SPEED_M_S = 3.0
-_CRASH_TILT_RAD = math.radians(60.0)
-_RCL_EXCEPT_OFFBOARD = 4
-_LOW_THRUST = 0.3
-"""Part of the hover thrust below which a vehicle on the ground counts as landed."""
+_TICK_S = 0.004
+_OVERRIDES_AUTO, _OVERRIDES_OFFBOARD = 1, 2
 
 
 class Commander:
@@ -45,212 +54,278 @@ class Commander:
         offboard: OffboardInput,
         hover_thrust_norm: float,
         ready_us: int,
+        origin: Origin,
+        estimate: Estimate,
     ) -> None:
-        self._is_113 = firmware == "1.13"
+        self.firmware = firmware
+        self.is_113 = firmware == "1.13"
         self._params = params
         self._offboard = offboard
-        self._guidance = Guidance()
-        self._low_thrust_norm = _LOW_THRUST * hover_thrust_norm
-        self._ready_us = ready_us
         self.texts: list[tuple[int, str]] = []
+        self.settings = Settings.read(params)
+        self.ground = LandingDetector(hover_thrust_norm)
+        self._arming = Arming(self.is_113, self.ground, ready_us)
+        self._failsafe: Failsafe = Failsafe113(self.say) if self.is_113 else Failsafe114(self.say)
+        self.links = Links(self.say, self.is_113)
+        self.mission = MissionPlan(self.say)
+        self.guidance = Guidance(hover_thrust_norm, self.mission, origin, self.say)
         self.mode = Mode.LOITER
         self.intended = Mode.LOITER
         self.failsafe = False
-        self.armed = False
-        self.landed = True
-        self.crashed = False
+        self.terminated = False
         self.home_ned_m: Vec3 = ZERO3
-        self._rc_lost_us: int | None = None
-        self._armed_us = 0
-        self._has_flown = False
-        self._ground_contact_us: int | None = None
-        self._landed_us = 0
-        self._estimate: Estimate | None = None
-        self._is_flipped = False
+        self.is_fence_breached = False
+        self._after_flight = Mode.LOITER
+        self._weighs_now = False
+        self._estimate = estimate
+        self._truth = VehicleState()
+
+    @property
+    def armed(self) -> bool:
+        """Whether the motors may turn."""
+        return self._arming.armed
+
+    @property
+    def landed(self) -> bool:
+        """Whether it believes to stand on the ground."""
+        return self.ground.landed
+
+    @property
+    def crashed(self) -> bool:
+        """Whether it came down hard or on its back."""
+        return self.ground.crashed
+
+    @property
+    def position_ned_m(self) -> Vec3:
+        """Where it believes to be."""
+        return self._estimate.position_ned_m
 
     def is_ready(self, boot_us: int) -> bool:
         """Whether the preflight checks pass (SYS_STATUS PREARM_CHECK); they run while disarmed."""
-        return boot_us >= self._ready_us and not self.crashed and (self.armed or not self._mode_forbids_arming())
+        return self._arming.is_ready(self.mode, self._can_arm_in(self.intended, boot_us), boot_us)
 
     def is_torque_control(self) -> bool:
         """Whether SET_ACTUATOR_CONTROL_TARGET is in force, past the attitude and the rate controller."""
         return self.mode is Mode.OFFBOARD and isinstance(self._offboard.setpoint, TorqueSetpoint)
 
+    def say(self, severity: int, text: str) -> None:
+        """Send a STATUSTEXT."""
+        self.texts.append((severity, text))
+
+    def reread_parameters(self) -> None:
+        """A parameter has been set."""
+        self.settings = Settings.read(self._params)
+
     # --- what commands ask -------------------------------------------------------------------------------------
 
-    def arm(self, boot_us: int) -> int:
+    def arm(self, boot_us: int, by: str = "external command") -> int:
         """MAV_RESULT of an arming request."""
         if self.armed:
             return ACCEPTED
-        reason = self._arming_denied(boot_us)
+        reason = self._arming.denied(self.mode, self._can_arm_in(self.intended, boot_us), boot_us)
         if reason:
-            self.texts.append((CRITICAL, reason))
+            self.say(CRITICAL, reason)
             return TEMPORARILY_REJECTED
-        self.armed, self._has_flown, self._armed_us = True, False, boot_us
-        if self._estimate is not None:
-            self.home_ned_m = self._estimate.position_ned_m
-            self._guidance.enter(self._estimate)
-        self.texts.append((INFO, "Armed by external command"))
+        self._arming.arm(boot_us)
+        self.home_ned_m = self._estimate.position_ned_m
+        self._enter(self.mode, boot_us)
+        self.say(INFO, f"Armed by {by}")
         return ACCEPTED
-
-    def _arming_denied(self, boot_us: int) -> str:
-        if self.crashed:
-            return f"Preflight Fail: {'Roll failure detected' if self._is_flipped else 'crash detected'}"
-        if boot_us < self._ready_us:
-            return "Preflight Fail: ekf2 missing data" if self._is_113 else _HEALTH
-        if self._mode_forbids_arming():
-            return "Mode not suitable for takeoff"
-        if self.mode is Mode.OFFBOARD and not self._has_stream(boot_us):
-            return _HEALTH
-        return ""
-
-    def _mode_forbids_arming(self) -> bool:
-        return self._is_113 and self.mode is Mode.RTL  # AUTO.LAND is allowed: modeCheck.cpp of 1.13.3
 
     def disarm(self, forced: bool) -> int:
         """MAV_RESULT of a disarming request; in the air only by force."""
         if self.armed and not self.landed and not forced:
-            self.texts.append((CRITICAL, "Disarming denied: not landed"))
+            self.say(CRITICAL, f"Disarming denied{'! Not' if self.is_113 else ': not'} landed")
             return TEMPORARILY_REJECTED
         if self.armed:
             self._disarm("Disarmed by external command")
         return ACCEPTED
 
-    def take_off(self, climb_m: float) -> None:
-        """Climb to `climb_m` above home in AUTO.TAKEOFF (once armed)."""
-        self.select(Mode.TAKEOFF)
-        self._guidance.climb_to(self.home_ned_m[2] - climb_m)
-
-    def request(self, mode: Mode, boot_us: int) -> int:
-        """MAV_RESULT of a mode request: OFFBOARD wants a stream of setpoints (1.16 on the ground: not yet)."""
-        may_wait = not self._is_113 and not self.armed
-        if mode is Mode.OFFBOARD and not self._has_stream(boot_us) and not may_wait:
+    def request(self, mode: Mode, boot_us: int, explain: bool = True) -> int:
+        """MAV_RESULT of a mode request; `explain` whether 1.14 and later say what they refuse."""
+        may_wait = not self.is_113 and not self.armed
+        if not may_wait and not self._may_switch_to(mode, boot_us):
+            if not self.is_113 and explain:
+                self.say(CRITICAL, f"Switching to {mode.spoken} is currently not available")
             return TEMPORARILY_REJECTED
-        self.select(mode)
+        self.select(mode, boot_us)
         return ACCEPTED
 
-    def select(self, mode: Mode) -> None:
+    def select(self, mode: Mode, boot_us: int) -> None:
         """Fly this mode from now on, as the pilot's choice."""
-        if self.failsafe and self._is_113:
-            self.texts.append((INFO, "Failsafe mode deactivated"))
-        self.intended, self.failsafe, self._rc_lost_us = mode, False, None
-        self._enter(mode)
+        self._failsafe.pilot_chose()
+        self.failsafe = self.failsafe and self.is_113
+        self.intended = mode
+        if not mode.prevents_arming:
+            self._after_flight = mode
+        self._enter(mode, boot_us)
+
+    def can_run(self, mode: Mode, boot_us: int) -> bool:
+        """Whether there is what the mode needs: setpoints, a mission, a pilot."""
+        if mode is Mode.OFFBOARD:
+            return self._has_stream(boot_us)
+        if mode is Mode.MISSION:
+            return self.mission.is_valid
+        return self.links.has_sticks or not mode.needs_sticks
+
+    def _may_switch_to(self, mode: Mode, boot_us: int) -> bool:
+        """1.13 lets a pilot's mode begin without a pilot, and its failsafe takes over at once."""
+        return (self.is_113 and mode.needs_sticks) or self.can_run(mode, boot_us)
+
+    def _can_arm_in(self, mode: Mode, boot_us: int) -> bool:
+        has_link = self.links.has_ground_station or self.settings.nav_dll_act == 0
+        return has_link and self.can_run(mode, boot_us)
+
+    def system_status(self, boot_us: int) -> int:
+        """HEARTBEAT.system_status (MAV_STATE)."""
+        if self.terminated:
+            return _TERMINATED
+        if self.armed:
+            return _FAILSAFE if self.failsafe else _ACTIVE
+        return _STANDBY if self.is_113 or self.is_ready(boot_us) else _UNFIT
+
+    def breach_geofence(self) -> None:
+        """It is found outside its geofence, and stays so until it is disarmed."""
+        if self.armed and not self.is_fence_breached:
+            self.say(CRITICAL, "Geofence exceeded")
+            self.is_fence_breached = True
+
+    def terminate(self) -> None:
+        """Stop the motors for good."""
+        self.terminated = True
+        self.say(CRITICAL, "Flight termination active")
+
+    def restore(self) -> None:
+        """End a termination, as 1.13 allows."""
+        self.terminated = False
+
+    def take_sticks(self, message: Message, boot_us: int) -> None:
+        """MANUAL_CONTROL: the pilot's sticks; moved far enough they take over from the autopilot's own modes."""
+        self.links.sticks_heard(boot_us)
+        sticks = self.guidance.sticks = sticks_of(message)
+        overrides = self.settings.com_rc_override
+        bit = _OVERRIDES_OFFBOARD if self.intended is Mode.OFFBOARD else _OVERRIDES_AUTO
+        if sticks.wants_control and overrides & bit and not self.intended.needs_sticks and not self.landed:
+            self.say(INFO, f"Pilot took over{' position control' if self.is_113 else ''} using sticks")
+            self.select(Mode.POSCTL, boot_us)
+
+    def pilot_selects(self, mode: Mode, boot_us: int) -> None:
+        """A pilot with a transmitter moves its mode switch; his sticks are centred."""
+        self.links.transmitter_found()
+        self.guidance.sticks = self.guidance.sticks or Sticks()
+        self.select(mode, boot_us)
+
+    def view(self, boot_us: int, dt_s: float = _TICK_S) -> View:
+        """What the modes see now."""
+        truth = self._truth
+        return View(
+            self._estimate,
+            truth.on_ground,
+            self.landed,
+            -truth.position_ned_m[2],
+            self.home_ned_m,
+            self.settings,
+            self._arming.armed_us,
+            boot_us,
+            dt_s,
+        )
 
     # --- each tick ---------------------------------------------------------------------------------------------
 
     def step(self, truth: VehicleState, estimate: Estimate, thrust_norm: float, boot_us: int) -> None:
-        """Watch the ground, the setpoint stream and the ends of the modes; `thrust_norm` is the thrust in force."""
-        self._estimate = estimate
-        if truth.impact is not None:
-            self._check_crash(truth.impact.speed_m_s, truth.impact.tilt_rad)
-        self._watch_ground(truth.on_ground, thrust_norm, boot_us)
-        self._watch_disarm(boot_us)
-        self._watch_offboard(boot_us)
-        if self.armed and self._guidance.done:
-            if self.mode is Mode.TAKEOFF:
-                self.mode = self.intended = Mode.LOITER
-                self._guidance.stay()
-            elif self.mode is Mode.RTL:
-                self._enter(Mode.LAND)
+        """Watch the ground, the links and the ends of the modes; `thrust_norm` is the thrust in force."""
+        self._truth, self._estimate = truth, estimate
+        was_crashed = self.crashed
+        text = self.ground.step(truth, self.armed, thrust_norm, boot_us)
+        if text:
+            self.say(INFO, text)
+        if self.crashed and not was_crashed:
+            self._crash()
+        self.links.step(self.settings, boot_us)
+        if not self.links.has_sticks:
+            self.guidance.sticks = None
+        reason = self._arming.disarms_itself(self.settings, boot_us) if self.armed else ""
+        if reason:
+            self._disarm(f"Disarmed by {reason}")
+        self._weighs_now = not self._weighs_now
+        if self._weighs_now and (self.armed or self.failsafe or self.mode is Mode.OFFBOARD):
+            self._weigh(boot_us)
+        if self.armed:
+            self._end_mode(boot_us)
 
-    def setpoint(self, estimate: Estimate, on_ground: bool, boot_us: int, dt_s: float) -> Setpoint:
+    def setpoint(self, boot_us: int, dt_s: float) -> Setpoint:
         """What the inner loops are to follow until the next tick."""
-        if not self.armed:
+        if not self.armed or self.terminated:
             return IDLE
-        if self.mode is Mode.OFFBOARD:
-            given = self._offboard.next_setpoint()
-            if isinstance(given, PositionSetpoint) and self.landed and boot_us - self._armed_us < _SPOOL_UP_US:
-                return IDLE
-            return given or IDLE
-        if self.landed and (self.mode is not Mode.TAKEOFF or boot_us - self._armed_us < _SPOOL_UP_US):
+        if self.mode is not Mode.OFFBOARD:
+            return self.guidance.setpoint(self.view(boot_us, dt_s))
+        given = self._offboard.next_setpoint()
+        if isinstance(given, PositionSetpoint) and self.landed and boot_us - self._arming.armed_us < _SPOOL_UP_US:
             return IDLE
-        speeds = Speeds(self._params["MPC_TKO_SPEED"], self._params["MPC_LAND_SPEED"])
-        return self._guidance.setpoint(self.mode, estimate, self.home_ned_m, on_ground, speeds, dt_s)
+        return given or IDLE
+
+    def _weigh(self, boot_us: int) -> None:
+        """Decide what is flown, every other tick."""
+        decision = self._failsafe.step(self._situation(boot_us))
+        self.failsafe = decision.is_failsafe
+        self.intended = decision.intended
+        if decision.terminate and not self.terminated:
+            self.terminate()
+        if decision.disarm and self.armed:
+            self._disarm("Disarmed by failsafe")
+        elif decision.mode is not self.mode:
+            self._enter(decision.mode, boot_us)
+
+    def _situation(self, boot_us: int) -> Situation:
+        links = self.links
+        return Situation(
+            self.intended,
+            self.mode,
+            self.armed,
+            self.landed,
+            self._has_stream(boot_us),
+            links.has_sticks,
+            links.had_sticks,
+            links.has_ground_station,
+            battery_level(self._estimate.battery, self.settings),
+            self.is_fence_breached,
+            self.guidance.mission.is_over,
+            self.settings,
+            boot_us,
+        )
+
+    def _end_mode(self, boot_us: int) -> None:
+        """What comes after a takeoff, and what a mission asks for."""
+        if self.mode in (Mode.TAKEOFF, Mode.VTOL_TAKEOFF) and self.guidance.takeoff.done:
+            self.mode = self.intended = self._after_flight = Mode.LOITER
+            view = self.view(boot_us)
+            self.guidance.enter(Mode.LOITER, view)
+            self.guidance.hold.go_to(self.guidance.takeoff.target_ned_m, view.estimate.euler_rad[2], view)
+        elif self.mode is Mode.MISSION:
+            mission = self.guidance.mission
+            if mission.home_ned_m is not None:
+                self.home_ned_m, mission.home_ned_m = mission.home_ned_m, None
+            if mission.asks_return:
+                self.say(INFO, "Returning to launch")
+                self.select(Mode.RTL, boot_us)
 
     def _has_stream(self, boot_us: int) -> bool:
-        return self._offboard.is_alive(boot_us, self._params["COM_OF_LOSS_T"])
+        return self._offboard.is_alive(boot_us, self.settings.com_of_loss_t)
 
-    def _enter(self, mode: Mode) -> None:
+    def _enter(self, mode: Mode, boot_us: int) -> None:
         self.mode = mode
-        if self._estimate is not None:
-            self._guidance.enter(self._estimate)
+        if self.armed or mode is not Mode.MISSION:  # a mission begins once it is armed
+            self.guidance.enter(mode, self.view(boot_us))
 
     def _disarm(self, text: str) -> None:
-        self.armed = False
-        self.texts.append((INFO, text))
+        self._arming.armed = False
+        self.terminated = self.is_fence_breached = False
+        self.say(INFO, text)
+        if not self.is_113:
+            self.intended = self.mode = self._after_flight
+            self.failsafe = False
 
-    def _check_crash(self, speed_m_s: float, tilt_rad: float) -> None:
-        self._is_flipped = tilt_rad > _CRASH_TILT_RAD
-        if speed_m_s <= _CRASH_SPEED_M_S and not self._is_flipped:
-            return
-        self.crashed = True
-        self.texts.append((CRITICAL, "Crash detected: motors stopped"))
+    def _crash(self) -> None:
+        self.say(CRITICAL, "Crash detected: motors stopped")
         if self.armed:
             self._disarm("Disarmed by crash")
-
-    def _watch_ground(self, on_ground: bool, thrust_norm: float, boot_us: int) -> None:
-        if not on_ground:
-            if self.landed:
-                self.landed, self._has_flown = False, True
-                self.texts.append((INFO, "Takeoff detected"))
-            self._ground_contact_us = None
-            return
-        if self.landed:
-            return
-        if self.armed and thrust_norm > self._low_thrust_norm:
-            self._ground_contact_us = None
-        elif self._ground_contact_us is None:
-            self._ground_contact_us = boot_us
-        elif boot_us - self._ground_contact_us >= _LANDED_AFTER_US:
-            self.landed, self._landed_us = True, boot_us
-            self.texts.append((INFO, "Landing detected"))
-
-    def _watch_disarm(self, boot_us: int) -> None:
-        if not (self.armed and self.landed):
-            return
-        if self._has_flown:
-            if boot_us - self._landed_us >= self._params["COM_DISARM_LAND"] * _US_PER_S:
-                self._disarm("Disarmed by landing")
-        elif boot_us - self._armed_us >= self._params["COM_DISARM_PRFLT"] * _US_PER_S:
-            self._disarm("Disarmed by auto preflight disarming")
-
-    def _watch_offboard(self, boot_us: int) -> None:
-        if self.intended is not Mode.OFFBOARD:
-            return
-        if self._rc_lost_us is not None:
-            if self.mode is Mode.LOITER and boot_us - self._rc_lost_us >= _RC_LOSS_TO_RTL_US:
-                self._enter(Mode.RTL)
-            return
-        alive = self._has_stream(boot_us)
-        if self.failsafe and alive:
-            self.failsafe = False
-            self._enter(Mode.OFFBOARD)
-        elif self.mode is Mode.OFFBOARD and not alive and (self.armed or self._is_113):
-            self._offboard_lost()
-        elif self.mode is Mode.OFFBOARD and self.armed and self._needs_rc():
-            self._rc_lost_us = boot_us
-            self._start_failsafe(Mode.LOITER, "Failsafe enabled: No manual control stick input")
-
-    def _needs_rc(self) -> bool:
-        return self._is_113 and not int(self._params["COM_RCL_EXCEPT"]) & _RCL_EXCEPT_OFFBOARD
-
-    def _offboard_lost(self) -> None:
-        if self._is_113:
-            mode = _LOSS_ACTION_113.get(int(self._params["COM_OBL_ACT"]), Mode.LAND)
-            self._start_failsafe(mode, "Failsafe enabled: no RC and no offboard")
-        else:
-            mode = _LOSS_ACTION_116.get(int(self._params["COM_OBL_RC_ACT"]), Mode.POSCTL)
-            self._start_failsafe(mode, "Failsafe activated")
-
-    def _start_failsafe(self, mode: Mode, text: str) -> None:
-        self.failsafe = True
-        if self.armed:
-            self.texts.append((CRITICAL, text))
-        if self._is_113:
-            self.texts.append((INFO, "Failsafe mode activated"))
-        self._enter(mode)
-
-
-_HEALTH = "Arming denied: Resolve system health failures first"
-_LOSS_ACTION_113 = {0: Mode.LAND, 1: Mode.LOITER, 2: Mode.RTL}
-_LOSS_ACTION_116 = {0: Mode.POSCTL, 3: Mode.RTL, 4: Mode.LAND, 5: Mode.LOITER}

@@ -1,4 +1,4 @@
-"""OFFBOARD setpoints as PX4 takes them: messages 82, 84 and (firmware 1.13) 139 to setpoints of the inner loops.
+"""OFFBOARD setpoints as PX4 takes them: messages 82, 84, 86 and (firmware 1.13) 139 to setpoints of the inner loops.
 
 SET_ATTITUDE_TARGET (82) by its type_mask: with the attitude not ignored it is an attitude, with the yaw rate (if not
 ignored) as feed-forward; with roll and pitch rate not ignored it is body rates; it can be both, and these fight: PX4
@@ -13,23 +13,34 @@ import struct
 
 from mavquad.protocol.codec import Message
 from sitl_mock.config import Px4Release
-from sitl_mock.geometry import ZERO3, Vec3
-from sitl_mock.inner_loops import AttitudeSetpoint, PositionSetpoint, RatesSetpoint, Setpoint, TorqueSetpoint
+from sitl_mock.geodesy import Origin
+from sitl_mock.inner_loops import AttitudeSetpoint, RatesSetpoint, Setpoint, TorqueSetpoint
+from sitl_mock.personality.px4.position_target import global_setpoint, local_setpoint
 
 _IGNORE_ROLL_OR_PITCH_RATE = 0x03
 _IGNORE_YAW_RATE = 0x04
 _THRUST_BODY_SET = 0x20
 _IGNORE_THROTTLE = 0x40
 _IGNORE_ATTITUDE = 0x80
-_IGNORE_POSITION, _IGNORE_VELOCITY, _IGNORE_ACCELERATION, _IGNORE_YAW = 0x007, 0x038, 0x1C0, 0x400
-_LOCAL_NED, _BODY_NED = 1, 8
 _MAGIC_V2, _PAYLOAD_AT, _THRUST_BODY_DOWN_AT = 0xFD, 10, 47
 
 
 class OffboardInput:
-    """The last setpoint and when it came. Any of the three messages keeps OFFBOARD alive."""
+    """The last setpoint and when it came. Any of the messages keeps OFFBOARD alive.
 
-    def __init__(self, firmware: Px4Release) -> None:
+    `origin` is where NED is zero, `home_altitude_m` the altitude that relative ones count from.
+    """
+
+    MESSAGES = (
+        "SET_ATTITUDE_TARGET",
+        "SET_POSITION_TARGET_LOCAL_NED",
+        "SET_POSITION_TARGET_GLOBAL_INT",
+        "SET_ACTUATOR_CONTROL_TARGET",
+    )
+
+    def __init__(self, firmware: Px4Release, origin: Origin | None = None) -> None:
+        self._origin = origin
+        self.home_altitude_m = origin.altitude_m if origin else 0.0
         self._takes_torque = firmware == "1.13"
         self._received_us: int | None = None
         self.setpoint: Setpoint | None = None
@@ -62,8 +73,13 @@ class OffboardInput:
         if kind == "SET_ATTITUDE_TARGET":
             return _attitude(message) or _rates(message)
         if kind == "SET_POSITION_TARGET_LOCAL_NED":
-            setpoint, self.warning = _position(message, heading_rad)
+            setpoint, self.warning = local_setpoint(message, heading_rad)
             return setpoint
+        if kind == "SET_POSITION_TARGET_GLOBAL_INT":
+            if self._origin is not None:
+                setpoint, self.warning = global_setpoint(message, self._origin, self.home_altitude_m)
+                return setpoint
+            return None
         if self._takes_torque and message.group_mlx == 0:
             return _torque(message)
         return None
@@ -120,36 +136,3 @@ def _thrust(value: float) -> float:
 
 def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
-
-
-def _position(message: Message, heading_rad: float) -> tuple[PositionSetpoint | None, str]:
-    """(the setpoint, PX4's complaint if there is none)."""
-    mask, frame = message.type_mask, message.coordinate_frame
-    if frame not in (_LOCAL_NED, _BODY_NED):
-        return None, f"SET_POSITION_TARGET_LOCAL_NED coordinate frame {frame} unsupported"
-    fields = _field(message.x, message.y, message.z, mask & _IGNORE_POSITION or frame == _BODY_NED)
-    velocity = _field(message.vx, message.vy, message.vz, mask & _IGNORE_VELOCITY)
-    acceleration = _field(message.afx, message.afy, message.afz, mask & _IGNORE_ACCELERATION)
-    if all(value is None for value in (*fields, *velocity, *acceleration)):
-        return None, "SET_POSITION_TARGET_LOCAL_NED invalid"
-    turn_rad = heading_rad if frame == _BODY_NED else 0.0
-    setpoint = PositionSetpoint(
-        fields,
-        _turned(_or_zero(velocity), turn_rad),
-        _turned(_or_zero(acceleration), turn_rad),
-        None if mask & _IGNORE_YAW else _finite(message.yaw),
-    )
-    return setpoint, ""
-
-
-def _field(x: float, y: float, z: float, ignored: int | bool) -> tuple[float | None, float | None, float | None]:
-    return (None, None, None) if ignored else (_finite(x), _finite(y), _finite(z))
-
-
-def _or_zero(field: tuple[float | None, float | None, float | None]) -> Vec3:
-    return ZERO3 if field == (None, None, None) else (field[0] or 0.0, field[1] or 0.0, field[2] or 0.0)
-
-
-def _turned(vector: Vec3, heading_rad: float) -> Vec3:
-    c, s = math.cos(heading_rad), math.sin(heading_rad)
-    return (c * vector[0] - s * vector[1], s * vector[0] + c * vector[1], vector[2])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -11,27 +13,25 @@ from sitl_mock.config import MockConfig
 from sitl_mock.geometry import ZERO3, Vec4
 from sitl_mock.mixer import mix
 from sitl_mock.personality import Sender
+from sitl_mock.personality.mission import MissionServer
 from sitl_mock.personality.params import ParameterServer
-from sitl_mock.personality.px4 import telemetry
 from sitl_mock.personality.px4.commander import Commander
 from sitl_mock.personality.px4.commands import Commands
 from sitl_mock.personality.px4.defaults import burst_us, px4_parameters
+from sitl_mock.personality.px4.mission_reports import MissionReports
 from sitl_mock.personality.px4.modes import Mode
 from sitl_mock.personality.px4.offboard import OffboardInput
 from sitl_mock.personality.px4.picture import Home, Picture
 from sitl_mock.personality.px4.readings import Readings
 from sitl_mock.personality.px4.reporter import Reporter
 from sitl_mock.personality.px4.sites import ORIGINS
+from sitl_mock.personality.px4.texts import Texts
 from sitl_mock.plant import VehicleState
 from sitl_mock.port import AUTOPILOT_COMPONENT, Port
 from sitl_mock.script import Script
 from sitl_mock.sensors import Estimate
 
-_GCS_LOST_US = 5_000_000
-_TEXT_BACKLOG = 16
-_COMMANDS = ("COMMAND_LONG", "COMMAND_INT", "SET_MODE")
-_PARAMETERS = ("PARAM_REQUEST_READ", "PARAM_REQUEST_LIST", "PARAM_SET")
-_SETPOINTS = ("SET_ATTITUDE_TARGET", "SET_POSITION_TARGET_LOCAL_NED", "SET_ACTUATOR_CONTROL_TARGET")
+_OFF: Vec4 = (0.0, 0.0, 0.0, 0.0)
 
 
 class Px4:
@@ -42,7 +42,7 @@ class Px4:
         self._frame = vehicle.frame
         self._config = config
         self._script = script
-        self._gains = inner_loops.Gains(vehicle.hover_thrust_norm, vehicle.gravity_m_s2)
+        self._hover = (vehicle.hover_thrust_norm, vehicle.gravity_m_s2)
         self._loops = inner_loops.LoopState()
         release = config.px4_release
         self._ports = ports
@@ -53,25 +53,37 @@ class Px4:
         self._readings = Readings(release, self._origin, estimate, config.sensors.accelerometer_noise_m_s2)
         self._home = Home(ZERO3, estimate.euler_rad[2], 0)
         self._setpoint: inner_loops.Setpoint | None = None
-        self._offboard = OffboardInput(release)
-        self.commander = Commander(
-            release, self._params, self._offboard, vehicle.hover_thrust_norm, round(config.ready_s * 1e6)
+        self._offboard = OffboardInput(release, self._origin)
+        commander = self.commander = Commander(
+            release,
+            self._params,
+            self._offboard,
+            vehicle.hover_thrust_norm,
+            round(config.ready_s * 1e6),
+            self._origin,
+            estimate,
         )
+        self._gains = self._read_gains()
+        self._reads_parameters = False
         self._commands = Commands(
             release,
             config.system_id,
-            self.commander,
-            self._params,
+            commander,
             script,
-            self._origin.altitude_m,
+            self._origin,
             self._send_by_id,
             self._reporter.set_interval,
             self._reporter.send_interval,
         )
+        self._missions = MissionServer(config.system_id, commander.mission)
+        self._mission_reports = MissionReports(commander.mission, commander.guidance.mission, ports)
+        self._texts = Texts(ports, commander.texts)
+        self._boot_us = 0
+        self._handlers = self._all_handlers()
         self._estimate = estimate
         self._controls = inner_loops.TorqueSetpoint(ZERO3, 0.0)
         self._attitude_thrust_norm = 0.0
-        self._motors: Vec4 = (0.0, 0.0, 0.0, 0.0)
+        self._motors = _OFF
 
     @property
     def mode(self) -> str:
@@ -96,51 +108,99 @@ class Px4:
     @property
     def stored_parameters(self) -> dict[str, Any]:
         """The values of its parameters, by name; they outlive a reboot."""
+        self._reads_parameters = True
         return self._params.stored
 
     def pilot_selects(self, mode: str) -> None:
         """The pilot moves the mode switch."""
-        self.commander.select(Mode(mode))
+        self.commander.pilot_selects(Mode(mode), self._boot_us)
 
     def breach_geofence(self) -> None:
-        """Nothing yet."""
+        """It is found outside its geofence; GF_ACTION says what it does."""
+        self.commander.breach_geofence()
+
+    # --- messages --------------------------------------------------------------------------------------------------
 
     def handle(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
         """React to one message from `sender` (system, component)."""
-        kind = message.get_type()
-        if kind in _SETPOINTS:
-            self._take_setpoint(message, boot_us)
-        elif kind in _COMMANDS:
-            for ack in self._commands.answer(message, sender, port, boot_us):
-                self._send(port, ack, boot_us)
-        elif kind in _PARAMETERS:
-            if self._is_for_us(message):
-                for value in self._params.answer(message, port, boot_us):
-                    self._send(port, value, boot_us)
-        elif kind == "TIMESYNC":
-            if message.tc1 == 0:
-                self._send(port, mavlink.MAVLink_timesync_message(boot_us * 1000, message.ts1), boot_us)
-        elif kind == "PING":
-            if message.target_system == 0 and message.target_component == 0:
-                self._send(port, mavlink.MAVLink_ping_message(message.time_usec, message.seq, *sender), boot_us)
-        elif kind == "HEARTBEAT" and message.type == mavlink.MAV_TYPE_GCS:
+        handler = self._handlers.get(message.get_type())
+        if handler is not None:
+            handler(message, sender, port, boot_us)
+            self._texts.send(boot_us)
+
+    def _all_handlers(self) -> dict[str, Callable[[Message, Sender, Port, int], None]]:
+        """What is done with each kind of message; the others are ignored."""
+        return {
+            **dict.fromkeys(OffboardInput.MESSAGES, self._take_setpoint),
+            **dict.fromkeys(("COMMAND_LONG", "COMMAND_INT", "SET_MODE"), self._take_command),
+            **dict.fromkeys(("PARAM_REQUEST_READ", "PARAM_REQUEST_LIST", "PARAM_SET"), self._take_parameter),
+            **dict.fromkeys(MissionServer.MESSAGES, self._missions.handle),
+            "MANUAL_CONTROL": self._take_sticks,
+            "TIMESYNC": self._answer_timesync,
+            "PING": self._answer_ping,
+            "HEARTBEAT": self._take_heartbeat,
+        }
+
+    def _take_command(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
+        for ack in self._commands.answer(message, sender, port, boot_us):
+            port.send(ack)
+
+    def _take_parameter(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
+        if not self._is_for_us(message):
+            return
+        for value in self._params.answer(message, port, boot_us):
+            port.send(value)
+        self._reads_parameters |= message.get_type() == "PARAM_SET"
+
+    def _take_setpoint(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
+        if not self._is_for_us(message, allow_broadcast=True):
+            return
+        self._offboard.home_altitude_m = self._origin.altitude_m - self.commander.home_ned_m[2]
+        self._offboard.take(message, self._estimate.euler_rad[2], boot_us)
+        if self._offboard.warning:
+            self.commander.say(mavlink.MAV_SEVERITY_CRITICAL, self._offboard.warning)
+
+    def _take_sticks(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
+        if message.target == self._config.system_id:
+            self.commander.take_sticks(message, boot_us)
+
+    def _take_heartbeat(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
+        if message.type == mavlink.MAV_TYPE_GCS:
             port.ground_station_us = boot_us
-        self._send_texts(boot_us)
+            self.commander.links.ground_station_heard(boot_us)
+
+    def _answer_timesync(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
+        if message.tc1 == 0:
+            port.send(mavlink.MAVLink_timesync_message(boot_us * 1000, message.ts1))
+
+    def _answer_ping(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
+        if message.target_system == 0 and message.target_component == 0:
+            port.send(mavlink.MAVLink_ping_message(message.time_usec, message.seq, *sender))
+
+    def _is_for_us(self, message: Message, allow_broadcast: bool = False) -> bool:
+        systems = (self._config.system_id, 0) if allow_broadcast else (self._config.system_id,)
+        return message.target_system in systems and message.target_component in (0, AUTOPILOT_COMPONENT)
+
+    # --- each tick -------------------------------------------------------------------------------------------------
 
     def fly(self, truth: VehicleState, estimate: Estimate, boot_us: int, dt_s: float) -> Vec4:
         """One tick of commander and inner loops; the motor commands until the next one."""
-        self._estimate = estimate
+        self._estimate, self._boot_us = estimate, boot_us
+        if self._reads_parameters:
+            self._reads_parameters = False
+            self.commander.reread_parameters()
+            self._gains = self._read_gains()
         self.commander.step(truth, estimate, self._controls.thrust_norm, boot_us)
-        if not self.commander.armed:
+        if not self.commander.armed or self.commander.terminated:
             self._loops = inner_loops.LoopState(attitude_target=estimate.quaternion)
             self._controls = inner_loops.TorqueSetpoint(ZERO3, 0.0)
             self._attitude_thrust_norm = 0.0
-            self._motors = (0.0, 0.0, 0.0, 0.0)
+            self._motors = _OFF
             self._setpoint = None
             return self._motors
         if truth.on_ground:
             self._loops = inner_loops.LoopState(attitude_target=self._loops.attitude_target)
-        setpoint = self._setpoint = self.commander.setpoint(estimate, truth.on_ground, boot_us, dt_s)
+        setpoint = self._setpoint = self.commander.setpoint(boot_us, dt_s)
         self._controls, self._loops = inner_loops.step(self._gains, self._loops, setpoint, estimate, dt_s)
         if not isinstance(setpoint, inner_loops.RatesSetpoint):
             self._attitude_thrust_norm = self._controls.thrust_norm
@@ -152,18 +212,23 @@ class Px4:
         self._reporter.publish(self._estimate, boot_us)
         self._reporter.report(boot_us, partial(self._picture, boot_us))
         self._params.send_due(boot_us)
-        self._send_texts(boot_us)
+        self._missions.step(boot_us)
+        self._mission_reports.step(self.commander.mode is Mode.MISSION, boot_us)
+        self._texts.send(boot_us)
 
-    def _take_setpoint(self, message: Message, boot_us: int) -> None:
-        if not self._is_for_us(message, allow_broadcast=True):
-            return
-        self._offboard.take(message, self._estimate.euler_rad[2], boot_us)
-        if self._offboard.warning:
-            self.commander.texts.append((mavlink.MAV_SEVERITY_CRITICAL, self._offboard.warning))
-
-    def _is_for_us(self, message: Message, allow_broadcast: bool = False) -> bool:
-        systems = (self._config.system_id, 0) if allow_broadcast else (self._config.system_id,)
-        return message.target_system in systems and message.target_component in (0, AUTOPILOT_COMPONENT)
+    def _read_gains(self) -> inner_loops.Gains:
+        """The inner loops' gains and limits, as the parameters have them."""
+        settings = self.commander.settings
+        rates = (settings.mc_rollrate_max, settings.mc_pitchrate_max, settings.mc_yawrate_max)
+        roll, pitch, yaw = map(math.radians, rates)
+        fastest = settings.mpc_xy_vel_max
+        return inner_loops.Gains(
+            *self._hover,
+            speed_max_m_s=(fastest, fastest, settings.mpc_z_vel_max_dn),
+            climb_max_m_s=settings.mpc_z_vel_max_up,
+            rates_max_rad_s=(roll, pitch, yaw),
+            tilt_max_rad=math.radians(settings.mpc_tiltmax_air),
+        )
 
     def _picture(self, boot_us: int) -> Picture:
         commander, estimate = self.commander, self._estimate
@@ -178,7 +243,7 @@ class Px4:
             position=self._reporter.position,
             mode=commander.mode,
             armed=commander.armed,
-            failsafe=commander.failsafe,
+            system_status=commander.system_status(boot_us),
             ready=commander.is_ready(boot_us),
             landed=commander.landed,
             home=self._home,
@@ -192,28 +257,8 @@ class Px4:
             controls=self._controls,
             followed=setpoint if isinstance(setpoint, inner_loops.PositionSetpoint) else None,
             is_torque_control=commander.is_torque_control(),
+            mission_current=self._mission_reports.current,
         )
 
     def _send_by_id(self, port: Port, message_id: int, boot_us: int) -> bool:
         return self._reporter.send(port, message_id, self._picture(boot_us))
-
-    def _send_texts(self, boot_us: int) -> None:
-        """STATUSTEXT goes out only where a ground station is heard; while there is none the latest ones wait."""
-        texts = self.commander.texts
-        if not texts:
-            return
-        ports = [port for port in self._ports if _hears_ground_station(port, boot_us)]
-        if not ports:
-            del texts[:-_TEXT_BACKLOG]
-            return
-        for severity, text in texts:
-            for port in ports:
-                self._send(port, telemetry.statustext(severity, text), boot_us)
-        texts.clear()
-
-    def _send(self, port: Port, message: Message, boot_us: int) -> None:
-        port.send(message)
-
-
-def _hears_ground_station(port: Port, boot_us: int) -> bool:
-    return port.ground_station_us is not None and boot_us - port.ground_station_us <= _GCS_LOST_US

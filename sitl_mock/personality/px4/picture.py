@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
+from mavquad.protocol.codec import Message
 from sitl_mock.config import Px4Release
 from sitl_mock.geodesy import Origin
 from sitl_mock.geometry import Quaternion, Vec3, Vec4
@@ -34,6 +36,8 @@ class Picture:
         followed: the position setpoint in force, if the position controller runs.
         is_torque_control: nothing sets an attitude or rates.
         unix_us: the calendar's time.
+        system_status: MAV_STATE.
+        mission_current: makes the MISSION_CURRENT of now.
     """
 
     firmware: Px4Release
@@ -43,7 +47,7 @@ class Picture:
     position: Estimate
     mode: Mode
     armed: bool
-    failsafe: bool
+    system_status: int
     ready: bool
     landed: bool
     home: Home
@@ -57,6 +61,7 @@ class Picture:
     controls: TorqueSetpoint
     followed: PositionSetpoint | None
     is_torque_control: bool
+    mission_current: Callable[[], Message]
 
     @property
     def is_113(self) -> bool:

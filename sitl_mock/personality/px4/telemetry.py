@@ -31,7 +31,6 @@ _CHARGE_STATES = (
     (0.15, mavlink.MAV_BATTERY_CHARGE_STATE_LOW),
 )
 """Below which share of the charge (PX4's BAT_EMERGEN_THR, BAT_CRIT_THR, BAT_LOW_THR at their defaults) it is what."""
-_NO_MISSION = 65535
 _OS_VERSION = 101854463
 _BOARD_UID = 5283920058631409231
 _VERSION: dict[Px4Release, tuple[int, int, tuple[int, ...]]] = {
@@ -44,15 +43,12 @@ _VERSION: dict[Px4Release, tuple[int, int, tuple[int, ...]]] = {
 
 def heartbeat(picture: Picture) -> Message:
     """HEARTBEAT of a PX4 quadrotor."""
-    status = mavlink.MAV_STATE_STANDBY
-    if picture.armed:
-        status = mavlink.MAV_STATE_CRITICAL if picture.failsafe else mavlink.MAV_STATE_ACTIVE
     return mavlink.MAVLink_heartbeat_message(
         mavlink.MAV_TYPE_QUADROTOR,
         mavlink.MAV_AUTOPILOT_PX4,
         picture.mode.base_mode(picture.armed),
         picture.mode.custom_mode,
-        status,
+        picture.system_status,
         3,
     )
 
@@ -125,8 +121,8 @@ def extended_sys_state(picture: Picture) -> Message:
 
 
 def mission_current(picture: Picture) -> Message:
-    """MISSION_CURRENT without a mission, as 1.16 sends it all the time."""
-    return mavlink.MAVLink_mission_current_message(0, _NO_MISSION)
+    """MISSION_CURRENT, which 1.16 sends all the time."""
+    return picture.mission_current()
 
 
 def autopilot_version(picture: Picture) -> Message:
@@ -145,11 +141,6 @@ def autopilot_version(picture: Picture) -> Message:
         0,
         _BOARD_UID,
     )
-
-
-def statustext(severity: int, text: str) -> Message:
-    """STATUSTEXT; PX4 ends those that it also sends as events with a tab, and so do these."""
-    return mavlink.MAVLink_statustext_message(severity, f"{text[:49]}\t".encode())
 
 
 def _current_ca(battery: Battery) -> int:

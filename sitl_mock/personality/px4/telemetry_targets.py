@@ -131,7 +131,7 @@ def _velocity_target(picture: Picture, followed: PositionSetpoint) -> Vec3:
     for i, wanted in enumerate(followed.position_ned_m):
         closing = 0.0 if wanted is None else gains.position_p[i] * (wanted - here[i])
         most = gains.speed_max_m_s[i]
-        targets[i] = max(-most, min(most, followed.velocity_ned_m_s[i] + closing))
+        targets[i] = max(-most, min(most, (followed.velocity_ned_m_s[i] or 0.0) + closing))
     return targets[0], targets[1], targets[2]
 
 

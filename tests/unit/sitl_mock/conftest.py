@@ -55,6 +55,12 @@ class Pilot:
         self.frames += advance(self.mock, self.now_us)
         return self
 
+    def fly(self, seconds):
+        """Let time pass, with a ground station's heartbeat every second."""
+        for _ in range(int(seconds)):
+            self.heartbeat().run(1.0)
+        return self.heartbeat().run(seconds % 1.0)
+
     def messages(self, name):
         """Every message of that name since `forget`."""
         wanted = next(i for i, cls in mavlink.mavlink_map.items() if cls.msgname == name)
@@ -117,8 +123,7 @@ class Pilot:
         self.run(1.1).heartbeat()
         assert self.command(400, 1) == [0]
         assert self.command(22, 0, 0, 0, NAN, NAN, NAN, NAN) == [0]
-        for _ in range(8):
-            self.run(1.0).heartbeat()
+        self.fly(12.0)
         assert self.mock.mode == "AUTO.LOITER"
         self.forget()
         return self

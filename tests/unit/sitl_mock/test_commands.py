@@ -38,14 +38,17 @@ def test_prearm_bit_follows(pilot):
     assert all(health[10:])
 
 
-def test_disarm_on_ground_and_in_the_air(pilot):
-    p = pilot().run(1.1)
+@pytest.mark.parametrize(
+    ("firmware", "text"), [("1.13", "Disarming denied! Not landed"), ("1.16", "Disarming denied: not landed")]
+)
+def test_disarm_on_ground_and_in_the_air(pilot, firmware, text):
+    p = pilot(firmware=firmware).run(1.1)
     p.command(400, 1)
     assert p.command(400, 0) == [ACCEPTED]
     assert not p.mock.armed
-    p = pilot().hover().heartbeat()
+    p = pilot(firmware=firmware).hover().heartbeat()
     assert p.command(400, 0) == [TEMPORARILY_REJECTED]
-    assert "Disarming denied: not landed" in p.texts()
+    assert text in p.texts()
     assert p.mock.armed
     assert p.command(400, 0, 21196) == [ACCEPTED]
     assert not p.mock.armed
@@ -74,7 +77,7 @@ def test_takeoff_altitude(pilot, quiet, altitude_amsl_m, climb_m):
     p.command(400, 1)
     assert p.command(22, 0, 0, 0, NAN, NAN, NAN, altitude_amsl_m) == [ACCEPTED]
     assert p.mock.mode == "AUTO.TAKEOFF"
-    p.run(12.0)
+    p.fly(16.0)
     assert p.mock.mode == "AUTO.LOITER"
     assert p.truth.position_ned_m[2] == pytest.approx(-climb_m, abs=0.1)
     told = "Using minimum takeoff altitude: 2.50 m" in p.texts()
@@ -215,30 +218,31 @@ def test_heartbeat_of_a_companion_is_no_ground_station(pilot):
     assert p.texts() == []
 
 
-@pytest.mark.parametrize("firmware", ["1.13", "1.15", "1.16"])
-def test_arming_in_land_mode_and_taking_off(pilot, firmware):
+@pytest.mark.parametrize(
+    ("firmware", "mode_after"), [("1.13", "AUTO.LAND"), ("1.15", "AUTO.LOITER"), ("1.16", "AUTO.LOITER")]
+)
+def test_arming_again_after_landing_and_taking_off(pilot, firmware, mode_after):
+    # px4-v1.16.2-a: disarmed by landing, 1.16 goes back to the last mode that can be armed in
     p = pilot(firmware=firmware).hover()
     p.command(21)
-    p.run(8.0)
-    assert (p.mock.armed, p.mock.mode) == (False, "AUTO.LAND")
+    p.fly(14.0)
+    assert (p.mock.armed, p.mock.mode) == (False, mode_after)
     assert p.command(400, 1) == [ACCEPTED]
     assert p.command(22, 0, 0, 0, NAN, NAN, NAN, NAN) == [ACCEPTED]
-    p.run(8.0)
+    p.fly(12.0)
     assert (p.mock.armed, p.mock.mode) == (True, "AUTO.LOITER")
     assert p.truth.position_ned_m[2] == pytest.approx(-2.5, abs=0.4)
 
 
-def test_arming_in_return_mode_is_refused_by_113(pilot):
-    p = pilot().run(1.1).heartbeat()
-    p.command(20)
-    assert p.command(400, 1) == [TEMPORARILY_REJECTED]
-    assert "Mode not suitable for takeoff" in p.texts()
-    assert not p.mock.armed
-    p.command(176, 1, 4, 3)
-    assert p.command(400, 1) == [ACCEPTED]
-    p = pilot(firmware="1.16").run(1.1)
-    p.command(20)
-    assert p.command(400, 1) == [ACCEPTED]
+def test_arming_in_return_mode_is_refused(pilot):
+    for firmware, text in (("1.13", "Mode not suitable for takeoff"), ("1.16", "Arming denied: Resolve system")):
+        p = pilot(firmware=firmware).run(1.1).heartbeat()
+        p.command(20)
+        assert p.command(400, 1) == [TEMPORARILY_REJECTED]
+        assert any(said.startswith(text) for said in p.texts())
+        assert not p.mock.armed
+        p.command(176, 1, 4, 3)
+        assert p.command(400, 1) == [ACCEPTED]
 
 
 def test_prearm_bit_drops_in_return_mode_on_the_ground(pilot):

@@ -139,7 +139,7 @@ def test_no_setpoint_in_offboard_makes_the_state_infinite(pilot, model, setpoint
 @pytest.mark.parametrize(
     ("params", "results"),
     [
-        ((176, 1, 4, "odd"), [0]),
+        ((176, 1, 4, "odd"), [1]),  # AUTO without a sub mode is MISSION, and there is none
         ((176, 1, "odd", 0), [0]),
         ((176, "odd", 6, 0), [0]),
         ((511, "odd", 1e5), [0]),

@@ -62,18 +62,20 @@ def test_direction_of_thrust():
 
 def test_attitude_for_an_acceleration():
     # 3 m/s^2 east, heading east: nose down by atan(3 / 9.81), thrust longer by the hypotenuse
-    wanted = attitude_for(GAINS, (0.0, 3.0, 0.0), math.pi / 2)
+    wanted, share = attitude_for(GAINS, (0.0, 3.0, 0.0), math.pi / 2)
+    assert share == 1.0
     assert to_euler(wanted.quaternion) == pytest.approx((0.0, -math.atan2(3.0, 9.81), math.pi / 2))
     assert wanted.thrust_norm == pytest.approx(0.4905 * math.hypot(3.0, 9.81) / 9.81)
-    right = attitude_for(GAINS, (0.0, 3.0, 0.0), 0.0)
+    right, _ = attitude_for(GAINS, (0.0, 3.0, 0.0), 0.0)
     assert to_euler(right.quaternion) == pytest.approx((math.atan2(3.0, 9.81), 0.0, 0.0))
 
 
 def test_tilt_and_thrust_have_limits():
-    steep = attitude_for(GAINS, (1000.0, 0.0, 0.0), 0.0)
+    steep, share = attitude_for(GAINS, (1000.0, 0.0, 0.0), 0.0)
+    assert share == pytest.approx(9.81 * math.tan(GAINS.tilt_max_rad) / 1000.0)
     assert to_euler(steep.quaternion)[1] == pytest.approx(-GAINS.tilt_max_rad)
-    assert attitude_for(GAINS, (0.0, 0.0, -100.0), 0.0).thrust_norm == 1.0
-    assert attitude_for(GAINS, (0.0, 0.0, 100.0), 0.0).thrust_norm == GAINS.thrust_min_norm
+    assert attitude_for(GAINS, (0.0, 0.0, -100.0), 0.0)[0].thrust_norm == 1.0
+    assert attitude_for(GAINS, (0.0, 0.0, 100.0), 0.0)[0].thrust_norm == GAINS.thrust_min_norm
 
 
 def test_a_setpoint_enters_at_its_own_level():

@@ -11,7 +11,7 @@ def hover_rms_m(p, seconds):
     """RMS of the true distance from the mean point over a hover."""
     points = []
     for _ in range(round(seconds * 10)):
-        p.run(0.1)
+        p.heartbeat().run(0.1)
         points.append(p.truth.position_ned_m)
     middle = tuple(sum(axis) / len(points) for axis in zip(*points, strict=True))
     return math.sqrt(sum(math.dist(point, middle) ** 2 for point in points) / len(points))
@@ -24,13 +24,13 @@ def test_takeoff_hover_land(pilot, model):
     # the estimate wanders by 5 cm per axis with 20 s of memory; the hold follows it
     assert hover_rms_m(p, 20.0) < 0.10
     p.heartbeat()
+    p.forget()
     p.command(21)
-    p.run(5.5)
+    p.fly(9.0)
     assert p.truth.landed
     assert p.mock.armed
-    p.run(2.1)
+    p.fly(2.1)
     assert not p.mock.armed
-    p.heartbeat()
     assert p.texts() == ["Landing at current position", "Landing detected", "Disarmed by landing"]
     assert not p.truth.crashed
 
@@ -51,16 +51,20 @@ def test_climbs_and_sinks_at_px4s_speeds(pilot, quiet):
     p = pilot(sensors=quiet).run(1.1)
     p.command(400, 1)
     p.command(22, 0, 0, 0, NAN, NAN, NAN, 32.5 + 8.0)
-    p.run(5.0)
-    assert p.truth.velocity_ned_m_s[2] == pytest.approx(-1.5, abs=0.2)
-    p.run(8.0)
+    p.fly(7.0)
+    assert p.truth.velocity_ned_m_s[2] == pytest.approx(-1.5, abs=0.1)
+    p.fly(8.0)
     p.command(21)
-    p.run(3.0)
+    p.fly(8.0)
+    assert 1.0 < -p.truth.position_ned_m[2] < 5.0
     assert p.truth.velocity_ned_m_s[2] == pytest.approx(0.7, abs=0.1)
+    while -p.truth.position_ned_m[2] > 0.5:
+        p.fly(0.2)
+    assert p.truth.velocity_ned_m_s[2] == pytest.approx(0.3, abs=0.1)
 
 
 def test_wind_leaves_no_steady_offset(pilot, quiet):
-    p = pilot(sensors=quiet, wind_ned_m_s=[4.0, -3.0, 0.0]).hover().run(30.0)
+    p = pilot(sensors=quiet, wind_ned_m_s=[4.0, -3.0, 0.0]).hover().fly(30.0)
     assert p.truth.position_ned_m[:2] == pytest.approx((0.0, 0.0), abs=0.05)
     # it leans against the wind: drag 1 N/(m/s), weight 9.81 N; specific force (-4, 3, -9.81)
     roll, pitch, _ = p.truth.euler_rad
@@ -72,9 +76,9 @@ def test_landed_states_of_a_flight(pilot):
     p = pilot().run(1.1).heartbeat()
     p.command(400, 1)
     p.command(22, 0, 0, 0, NAN, NAN, NAN, NAN)
-    p.run(8.0)
+    p.fly(12.0)
     p.command(21)
-    p.run(8.0)
+    p.fly(12.0)
     states = [m.landed_state for m in p.messages("EXTENDED_SYS_STATE")]
     changes = [state for i, state in enumerate(states) if i == 0 or states[i - 1] != state]
     assert changes == [1, 3, 2, 4, 1]  # as recorded: on ground, takeoff, in air, landing, on ground

@@ -175,7 +175,7 @@ def test_forged_heartbeats_as_recorded_from_an_attack(pilot):
 
 
 def test_reboot_in_flight(pilot):
-    p = pilot(faults=[{"kind": "reboot", "since": "takeoff", "at_s": 10.0, "down_s": 3.0}]).hover()
+    p = pilot(faults=[{"kind": "reboot", "since": "takeoff", "at_s": 14.0, "down_s": 3.0}]).hover()
     p.run(10.0)
     silence = [b - a for a, b in itertools.pairwise(p.stamps_us("ATTITUDE"))]
     assert max(silence) == pytest.approx(3_000_000, abs=20_000)
