@@ -22,7 +22,7 @@ from sitl_mock.personality.ardupilot.news import INFO, News
 from sitl_mock.personality.ardupilot.parameters import Parameters
 from sitl_mock.personality.ardupilot.picture import Picture
 from sitl_mock.personality.ardupilot.reporter import Reporter
-from sitl_mock.personality.ardupilot.setpoints import SETPOINTS, Setpoints
+from sitl_mock.personality.ardupilot.setpoints import PLACES, SETPOINTS, Setpoints
 from sitl_mock.personality.mission import MissionServer
 from sitl_mock.plant import VehicleState
 from sitl_mock.port import Port
@@ -31,6 +31,7 @@ from sitl_mock.sensors import Estimate
 
 _COMMANDS = ("COMMAND_LONG", "COMMAND_INT", "SET_MODE")
 _PARAMETERS = ("PARAM_REQUEST_READ", "PARAM_REQUEST_LIST", "PARAM_SET")
+_ITEMS = ("MISSION_ITEM", "MISSION_ITEM_INT")
 _ADDRESSED = (*SETPOINTS, *_PARAMETERS, "REQUEST_DATA_STREAM", "RC_CHANNELS_OVERRIDE")
 """Messages that are looked at only if they are for this system, or for all."""
 _BANNER = ("ArduCopter V4.7.0-dev (8fdb6a37)", "3d1219c7c4c5404aaa1f6d2a48adfda4", "Frame: QUAD/{frame}")
@@ -106,6 +107,11 @@ class ArduCopter:
             for ack in self._commands.answer(message, sender, port, boot_us):
                 port.send(ack)
             self._reporter.send_requested(boot_us)
+        elif kind in _ITEMS and message.current in PLACES:
+            if message.target_system == self._system_id:
+                is_taken = self._setpoints.take_place(message, self._estimate, boot_us)
+                result = mavlink.MAV_MISSION_ACCEPTED if is_taken else mavlink.MAV_MISSION_ERROR
+                port.send(mavlink.MAVLink_mission_ack_message(*sender, result, 0))
         elif self._missions.handles(kind):
             self._missions.handle(message, sender, port, boot_us)
             if kind == "MISSION_SET_CURRENT":
@@ -127,7 +133,7 @@ class ArduCopter:
             self._setpoints.take_sticks(message, boot_us)
         elif kind == "REQUEST_DATA_STREAM":
             rate_hz = message.req_message_rate if message.start_stop else 0
-            self._reporter.streams(port).set_group_hz(message.req_stream_id, rate_hz, boot_us)
+            self._reporter.set_group(port, message.req_stream_id, rate_hz, boot_us)
         elif kind == "PARAM_REQUEST_LIST":
             self._params.request_list(port, boot_us)
             for text in _BANNER:
@@ -137,6 +143,7 @@ class ArduCopter:
         else:
             name = self._params.obey_set(message)
             if name is not None:
+                self._reporter.parameter_set(name, boot_us)
                 self._reporter.send_everywhere(self._params.message(name))
 
     # --- each tick ---------------------------------------------------------------------------------------------

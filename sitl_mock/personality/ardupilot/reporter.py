@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 
 from mavquad.protocol.codec import Message, mavlink
 from sitl_mock.personality.ardupilot import telemetry
@@ -10,11 +10,12 @@ from sitl_mock.personality.ardupilot.missions import Mission
 from sitl_mock.personality.ardupilot.news import News
 from sitl_mock.personality.ardupilot.parameters import Parameters
 from sitl_mock.personality.ardupilot.picture import Picture
-from sitl_mock.personality.ardupilot.streams import Streams
+from sitl_mock.personality.ardupilot.streams import Streams, group_named
 from sitl_mock.port import Port
 
 _TIMESYNC_EVERY_US = 10_002_664
 _TEXT_LENGTH = 50
+_PORTS_WITH_PARAMETERS = 3
 _HEARTBEAT: int = mavlink.MAVLINK_MSG_ID_HEARTBEAT
 _HOME: tuple[int, ...] = (mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, mavlink.MAVLINK_MSG_ID_HOME_POSITION)
 
@@ -24,11 +25,12 @@ class Reporter:
 
     def __init__(
         self,
-        ports: Iterable[Port],
+        ports: Sequence[Port],
         params: Parameters,
         first_heartbeat_us: int,
         picture: Callable[[int], Picture],
     ) -> None:
+        self._ports = ports
         self._streams = {port: Streams(first_heartbeat_us) for port in ports}
         self._params = params
         self._picture = picture
@@ -39,6 +41,20 @@ class Reporter:
     def streams(self, port: Port) -> Streams:
         """The intervals in force on a port."""
         return self._streams[port]
+
+    def set_group(self, port: Port, group: int, rate_hz: int, boot_us: int) -> None:
+        """Obey REQUEST_DATA_STREAM; the port's MAVn_ parameters (of the first three) show the rate."""
+        number = self._ports.index(port) + 1
+        for name in self._streams[port].set_group_hz(group, rate_hz, boot_us):
+            if number <= _PORTS_WITH_PARAMETERS:
+                self._params.set(f"MAV{number}_{name}", rate_hz)
+
+    def parameter_set(self, name: str, boot_us: int) -> None:
+        """Obey a MAVn_ parameter that is the rate of a group."""
+        link, _, rest = name.partition("_")
+        number, group = link.removeprefix("MAV"), group_named(rest)
+        if number.isdecimal() and 1 <= int(number) <= len(self._ports) and group is not None:
+            self._streams[self._ports[int(number) - 1]].set_group_hz(group, int(self._params[name]), boot_us)
 
     def request(self, port: Port, message_id: int) -> bool:
         """Send a message once, with `send_requested`; False if the mock has none of that id."""

@@ -1,4 +1,4 @@
-"""The messages that steer the vehicle: setpoints for GUIDED, and the throttle stick of RC_CHANNELS_OVERRIDE."""
+"""The messages that steer the vehicle: setpoints and places for GUIDED, the throttle stick of RC_CHANNELS_OVERRIDE."""
 
 from __future__ import annotations
 
@@ -12,6 +12,10 @@ from sitl_mock.sensors import Estimate
 
 SETPOINTS = ("SET_ATTITUDE_TARGET", "SET_POSITION_TARGET_LOCAL_NED", "SET_POSITION_TARGET_GLOBAL_INT")
 _INTERNAL_ERROR = (CRITICAL, "Internal Errors 0x400")
+PLACES = (2, 3)
+"""MISSION_ITEM's field "current" of an item that steers GUIDED."""
+_HEIGHT_ALONE = 3
+_FAR_M = 1e6
 _STICK_KEPT_US = 3_000_000
 _LOWEST_US, _SPAN_US = 1000, 1000
 
@@ -53,6 +57,24 @@ class Setpoints:
             return guided.Rejected()
         down_m = HOME_ALTITUDE_M if reference == "msl" else self._copter.home_ned_m[2]
         return guided.global_setpoint(message, north_east(message.lat_int, message.lon_int), down_m - message.alt)
+
+    def take_place(self, message: Message, estimate: Estimate, boot_us: int) -> bool:
+        """A mission item that is no part of a mission: "current" 2 is a place to go to in GUIDED, 3 a height alone.
+
+        False for one that is not obeyed.
+        """
+        copter, reference = self._copter, guided.height_reference(message.frame)
+        if copter.mode is not Mode.GUIDED or copter.landed or reference is None:
+            return False
+        scale = 1.0 if message.get_type() == "MISSION_ITEM_INT" else 1e7
+        n, e = north_east(scale * message.x, scale * message.y)
+        if message.current == _HEIGHT_ALONE:
+            n, e, _ = copter.flight.navigator.target_ned_m
+        place = (n, e, (HOME_ALTITUDE_M if reference == "msl" else copter.home_ned_m[2]) - message.z)
+        if not all(abs(part) < _FAR_M for part in place):
+            return False
+        copter.flight.take(guided.KinematicSetpoint(position_ned_m=place), estimate, boot_us)
+        return True
 
     def take_sticks(self, message: Message, boot_us: int) -> None:
         """The throttle channel of RC_CHANNELS_OVERRIDE; the other sticks do nothing here."""

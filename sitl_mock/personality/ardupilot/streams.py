@@ -39,6 +39,11 @@ _BUSY_FACTOR = 4
 """While a parameter list is sent, streams are this much slower."""
 
 
+def group_named(name: str) -> int | None:
+    """The number of a group by its name in the MAVn_ parameters."""
+    return next((number for number, (known, _) in GROUPS.items() if known == name), None)
+
+
 class Streams:
     """The intervals in force on one link, and what is due there."""
 

@@ -217,3 +217,25 @@ def test_no_command_breaks_the_mock(copter, command, params):
     vehicle.command(command, *params)
     vehicle.run(0.1)
     assert all(map(math.isfinite, vehicle.truth.position_ned_m))
+
+
+NAMES = [
+    "GUID_TIMEOUT", "GUID_OPTIONS", "WPNAV_SPEED", "WPNAV_SPEED_UP", "WPNAV_SPEED_DN", "WPNAV_ACCEL", "WPNAV_ACCEL_Z",
+    "ATC_ACCEL_R_MAX", "ATC_ACCEL_Y_MAX", "ATC_INPUT_TC", "ATC_SLEW_YAW", "RTL_ALT", "RTL_LOIT_TIME", "LAND_SPEED",
+    "LAND_ALT_LOW", "DISARM_DELAY", "FS_GCS_TIMEOUT", "BATT_CAPACITY", "BATT_LOW_VOLT", "FENCE_RADIUS", "FENCE_ACTION",
+    "PILOT_SPEED_UP", "PILOT_ACCEL_Z", "WPNAV_RADIUS", "FS_GCS_ENABLE", "FENCE_TYPE", "FENCE_ENABLE",
+]  # fmt: skip
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.lists(st.tuples(st.sampled_from(NAMES), ANY), min_size=1, max_size=4), st.sampled_from([4, 5, 6, 9, 17]))
+def test_no_parameter_breaks_the_mock(copter, values, mode):
+    vehicle = copter().hover()
+    for name, value in values:
+        vehicle.set(name, value)
+    vehicle.mode(mode)
+    vehicle.local(VELOCITY, velocity=(3.0, 1.0, -1.0))
+    vehicle.run(0.5)
+    vehicle.rates(roll=0.5, thrust=0.6)
+    vehicle.run(0.3)
+    assert all(map(math.isfinite, (*vehicle.truth.position_ned_m, *vehicle.truth.quaternion)))

@@ -106,3 +106,21 @@ def test_going_to_an_item(copter):
     vehicle.mode(3)
     vehicle.run(1.0)
     assert "Mission: 4 WP" in vehicle.texts()
+
+
+def go(vehicle, current, x, y, z):
+    answers = vehicle.send(mavlink.MAVLink_mission_item_message(1, 1, 0, 3, 16, current, 0, 0, 0, 0, 0, x, y, z))
+    return [a.type for a in answers if a.get_type() == "MISSION_ACK"]
+
+
+def test_an_item_with_current_2_is_a_place_to_go_to(copter):
+    """As dronekit's simple_goto sends it."""
+    vehicle = copter().hover()
+    assert go(vehicle, 2, NORTH[0] / 1e7, NORTH[1] / 1e7, 12.0) == [0]
+    assert vehicle.run(12.0).truth.position_ned_m == pytest.approx((10.0, 0.0, -12.0), abs=1.5)
+    assert go(vehicle, 3, 0.0, 0.0, 9.0) == [0]
+    assert vehicle.run(12.0).truth.position_ned_m == pytest.approx((10.0, 0.0, -9.0), abs=1.5)
+    assert go(vehicle, 2, float("nan"), 0.0, 9.0) == [1]
+    vehicle.mode(5)
+    assert go(vehicle, 2, 0.0, 0.0, 9.0) == [1]
+    assert vehicle.messages("MISSION_REQUEST") == []

@@ -212,3 +212,13 @@ def test_nothing_answers_torques_or_a_ping(copter):
     ):
         assert [m for m in vehicle.send(message) if m.get_type() not in ("HEARTBEAT", "TIMESYNC")] == []
     assert vehicle.run(2.0).truth.position_ned_m == pytest.approx((0.0, 0.0, -10.0), abs=0.4)
+
+
+def test_groups_and_their_parameters_are_the_same_thing(copter):
+    vehicle = copter().run(1.1)
+    vehicle.send(mavlink.MAVLink_request_data_stream_message(1, 1, 11, 5, 1))
+    assert read(vehicle, "MAV1_EXTRA2")[1][0][1] == 5.0
+    vehicle.set("MAV1_EXTRA1", 20)
+    assert count(vehicle, "ATTITUDE", 2.0) == pytest.approx(20, abs=1)
+    vehicle.set("MAV1_EXTRA1", -5)
+    assert count(vehicle, "ATTITUDE", 2.0) == 0
