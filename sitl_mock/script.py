@@ -65,39 +65,35 @@ class Script:
         self.now_us = start_us
         self.has_faults = False
         self.link_faults: list[Entry] = []
+        self._start_us = start_us
         self._windows: list[Entry] = []
         self._moments: list[Entry] = []
+        self._waiting: list[Entry] = []
         self._count = 0
-        self._reached_us = {"boot": start_us}
         for fault in faults:
             self.add(fault)
 
     def add(self, fault: Fault, origin_us: int | None = None) -> None:
-        """One more fault; its times count from `origin_us`, if given, instead of its own moment."""
-        origin_us = self._reached_us.get(fault.since) if origin_us is None else origin_us
+        """One more fault; its times count from `origin_us`, if given, instead of from its own moment."""
+        if origin_us is None and fault.since == "boot":
+            origin_us = self._start_us
         entry = Entry(self._count, fault, origin_us, getattr(fault, "times", 0))
         entries = self._moments if isinstance(fault, Moment) else self._windows
         (self.link_faults if isinstance(fault, LinkFault) else entries).append(entry)
+        if origin_us is None:
+            self._waiting.append(entry)
         self._count += 1
         self.has_faults = True
 
     def observe(self, mode: str, armed: bool, landed: bool) -> None:
-        """Take notice of the moments that faults count from; each is the first of its kind."""
-        self._reach(mode)
-        if mode in _OFFBOARD_MODES:
-            self._reach("offboard")
-        if armed:
-            self._reach("armed")
-            if not landed:
-                self._reach("takeoff")
-
-    def _reach(self, name: str) -> None:
-        if name in self._reached_us:
+        """Take notice of the moments that faults wait for: the first of its kind since the fault is there."""
+        if not self._waiting:
             return
-        self._reached_us[name] = self.now_us
-        for entry in (*self._windows, *self._moments, *self.link_faults):
-            if entry.origin_us is None and entry.fault.since == name:
+        now = {mode: True, "offboard": mode in _OFFBOARD_MODES, "armed": armed, "takeoff": armed and not landed}
+        for entry in self._waiting:
+            if now.get(entry.fault.since):
                 entry.origin_us = self.now_us
+        self._waiting = [entry for entry in self._waiting if entry.origin_us is None]
 
     def acting(self, kind: type[W]) -> Iterator[W]:
         """The faults of a kind whose window is open."""

@@ -5,9 +5,12 @@ import math
 
 import pytest
 
-from mavquad.endpoint import NEVER_US
+from mavquad.endpoint import NEVER_US, advance
 from mavquad.errors import ConfigError
-from mavquad.protocol.codec import decode, frame_sequence, frame_source, frame_version, mavlink
+from mavquad.protocol.codec import decode, frame_sequence, frame_source, frame_version, mavlink, message_id
+from mavquad.schema import parse_section
+from sitl_mock.autopilot import MockAutopilot
+from sitl_mock.config import MockConfig
 from sitl_mock.config.faults import Silent
 from sitl_mock.personality.px4.personality import Px4
 from sitl_mock.world import World
@@ -148,6 +151,16 @@ def test_the_clock_jumps_and_nothing_else(pilot, jump_s):
     assert (answer.ts1, answer.tc1) == (7, (asked_us + round(jump_s * 1e6)) * 1000)
 
 
+def test_the_clock_jumps_once_on_every_port():
+    config = parse_section(MockConfig, {"faults": [{"kind": "clock_jump", "jump_s": 100.0}]}, "test")
+    mock = MockAutopilot(config, 1, START_US, ("onboard", "onboard"))
+    for _ in advance(mock, START_US + 1_000_000):
+        pass
+    times_ms = [decode(frame).time_boot_ms for frame in mock.datagrams_to_send(1) if message_id(frame) == 30]
+    assert 100_000 <= times_ms[0] < 100_020
+    assert times_ms[-1] == pytest.approx(101_000, abs=20)
+
+
 def test_a_clock_never_runs_below_zero(pilot):
     p = pilot(faults=[{"kind": "clock_jump", "at_s": 0.5, "jump_s": -100.0}]).run(1.0)
     assert p.messages("ATTITUDE")[-1].time_boot_ms == 0
@@ -270,6 +283,17 @@ def test_times_count_from_the_moment_that_is_named(pilot, since, before_s):
 def test_without_faults_that_act_the_bytes_are_the_same(pilot):
     idle = [{"kind": kind, "from_s": 900.0} for kind in ("silent", "deaf", "nan_pose", "second_vehicle")]
     assert pilot(faults=idle).run(3.0).frames == pilot().run(3.0).frames
+
+
+def test_a_fault_that_is_added_waits_for_its_moment_from_then_on(pilot):
+    p = pilot().run(1.1)
+    p.command(400, 1)
+    p.run(3.0).mock.fail(Silent(kind="silent", since="armed", from_s=1.0, for_s=1.0), from_now=False)
+    added_us = p.now_us - START_US
+    p.forget()
+    p.run(4.0)
+    (gap_us,) = [a for a, b in itertools.pairwise(p.stamps_us("ATTITUDE")) if b - a > 500_000]
+    assert gap_us - added_us == pytest.approx(1_000_000, abs=20_000)
 
 
 def test_a_fault_that_is_added_counts_from_the_moment_that_is_given(pilot):
