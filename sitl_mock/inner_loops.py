@@ -117,7 +117,7 @@ def position_loop(
 
     What the tilt limit leaves of the demand is taken from the error that is integrated (PX4's anti-windup).
     """
-    errors = _velocity_errors(gains, setpoint, estimate)
+    errors = velocity_errors(gains, setpoint, estimate)
     pushed, held = setpoint.acceleration_ned_m_s2, state.velocity_integral_m_s2
     p, i = gains.velocity_p, gains.velocity_i
     demanded = (
@@ -139,7 +139,7 @@ def position_loop(
     return attitude, LoopState(integral, state.rate_integral_norm)
 
 
-def _velocity_errors(gains: Gains, setpoint: PositionSetpoint, estimate: Estimate) -> Vec3:
+def velocity_errors(gains: Gains, setpoint: PositionSetpoint, estimate: Estimate) -> Vec3:
     """What the velocities lack; an axis without position and velocity lacks nothing."""
     wanted = [0.0, 0.0, 0.0]
     is_free = [False, False, False]

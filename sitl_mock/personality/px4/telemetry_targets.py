@@ -7,7 +7,7 @@ import math
 from mavquad.protocol.codec import Message, mavlink
 from sitl_mock.config import Px4Release
 from sitl_mock.geometry import Vec3, rotate, wrap_pi
-from sitl_mock.inner_loops import PositionSetpoint
+from sitl_mock.inner_loops import PositionSetpoint, velocity_errors
 from sitl_mock.personality.px4.modes import Mode
 from sitl_mock.personality.px4.picture import Picture, degrees_e7
 
@@ -51,11 +51,8 @@ def position_target_local_ned(picture: Picture) -> Message | None:
     followed = picture.followed
     if followed is None and picture.mode is Mode.OFFBOARD and picture.armed:
         return None
-    if followed is None:
-        position, velocity, acceleration = _NAN3, _NAN3, _FALLING_M_S2
-    else:
-        position, velocity = _or_nan(followed), _velocity_target(picture, followed)
-        acceleration = _acceleration_target(picture)
+    position = _NAN3 if followed is None else _or_nan(followed)
+    velocity, acceleration = _inner_targets(picture)
     return mavlink.MAVLink_position_target_local_ned_message(
         picture.boot_us // 1000,
         mavlink.MAV_FRAME_LOCAL_NED,
@@ -63,30 +60,30 @@ def position_target_local_ned(picture: Picture) -> Message | None:
         *position,
         *velocity,
         *acceleration,
-        _yaw_target(picture),
-        0.0,
+        *_yaw_target(picture),
     )
 
 
 def position_target_global_int(picture: Picture) -> Message | None:
-    """POSITION_TARGET_GLOBAL_INT: where one of PX4's own modes leads, with the inner targets of the message before."""
-    followed = picture.followed
-    if followed is None or picture.mode is Mode.OFFBOARD or not picture.armed:
+    """POSITION_TARGET_GLOBAL_INT, while one of PX4's own modes is armed: where it leads, with the inner targets of the
+    message before. Without an altitude to reach, as in a landing, that is 0."""
+    if picture.mode is Mode.OFFBOARD or not picture.armed:
         return None
-    here = picture.position.position_ned_m
-    n, e, d = (here[i] if wanted is None else wanted for i, wanted in enumerate(followed.position_ned_m))
-    latitude, longitude, altitude_m = picture.origin.geographic((n, e, d))
+    here, followed = picture.position.position_ned_m, picture.followed
+    n, e, d = here if followed is None else followed.position_ned_m
+    place = (here[0] if n is None else n, here[1] if e is None else e, 0.0 if d is None else d)
+    latitude, longitude, altitude_m = picture.origin.geographic(place)
+    velocity, acceleration = _inner_targets(picture)
     return mavlink.MAVLink_position_target_global_int_message(
         picture.boot_us // 1000,
         mavlink.MAV_FRAME_GLOBAL_INT,
         0,
         degrees_e7(latitude),
         degrees_e7(longitude),
-        altitude_m,
-        *_velocity_target(picture, followed),
-        *_acceleration_target(picture),
-        _yaw_target(picture),
-        0.0,
+        0.0 if d is None else altitude_m,
+        *velocity,
+        *acceleration,
+        *_yaw_target(picture),
     )
 
 
@@ -124,15 +121,22 @@ def _or_nan(followed: PositionSetpoint) -> Vec3:
     return n, e, d
 
 
+def _inner_targets(picture: Picture) -> tuple[Vec3, Vec3]:
+    """What the position loop asks of the velocity loop, and that of the attitude loop."""
+    followed = picture.followed
+    if followed is None:
+        return _NAN3, _FALLING_M_S2
+    return _velocity_target(picture, followed), _acceleration_target(picture)
+
+
 def _velocity_target(picture: Picture, followed: PositionSetpoint) -> Vec3:
-    """What the position loop asks of the velocity loop."""
-    gains, here = picture.gains, picture.position.position_ned_m
-    targets = [0.0, 0.0, 0.0]
-    for i, wanted in enumerate(followed.position_ned_m):
-        closing = 0.0 if wanted is None else gains.position_p[i] * (wanted - here[i])
-        most = gains.speed_max_m_s[i]
-        targets[i] = max(-most, min(most, (followed.velocity_ned_m_s[i] or 0.0) + closing))
-    return targets[0], targets[1], targets[2]
+    """What the position loop asks of the velocity loop: what lacks, on top of what is; NaN where nothing is asked."""
+    lacking = velocity_errors(picture.gains, followed, picture.position)
+    axes = zip(
+        followed.position_ned_m, followed.velocity_ned_m_s, picture.position.velocity_ned_m_s, lacking, strict=True
+    )
+    north, east, down = (math.nan if p is None and v is None else now + more for p, v, now, more in axes)
+    return north, east, down
 
 
 def _acceleration_target(picture: Picture) -> Vec3:
@@ -143,10 +147,13 @@ def _acceleration_target(picture: Picture) -> Vec3:
     return -lift * zn, -lift * ze, gains.gravity_m_s2 - lift * zd
 
 
-def _yaw_target(picture: Picture) -> float:
+def _yaw_target(picture: Picture) -> tuple[float, float]:
+    """Yaw, and how fast it is to turn."""
     followed = picture.followed
-    yaw_rad = None if followed is None else followed.yaw_rad
-    return wrap_pi(picture.estimate.euler_rad[2]) if yaw_rad is None else wrap_pi(yaw_rad)
+    if followed is None or followed.yaw_rad is None:
+        turning = 0.0 if followed is None else followed.yaw_rate_rad_s
+        return wrap_pi(picture.estimate.euler_rad[2]), turning
+    return wrap_pi(followed.yaw_rad), followed.yaw_rate_rad_s
 
 
 def _ignored(*fields: float) -> int:

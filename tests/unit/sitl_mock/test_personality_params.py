@@ -94,10 +94,11 @@ def set_parameter(p, name, value, wire_type=mavlink.MAV_PARAM_TYPE_REAL32):
     return [(m.param_id, m.param_value) for m in p.messages("PARAM_VALUE")]
 
 
-def test_the_hash_as_recorded():
-    # px4-v1.13.3-a: _HASH_CHECK 0x90db807 before the 722 values of that recording
-    rows = load_parameters("sitl_mock.personality.px4", "parameters_1.13.csv")
-    assert hash_of((row.name, row.value) for row in rows) == 0x90DB807
+@pytest.mark.parametrize(("release", "recorded"), [("1.13", 0x90DB807), ("1.16", 0xC06115FB)])
+def test_the_hash_as_recorded(release, recorded):
+    # px4-v1.13.3-a, px4-v1.16.2-a: _HASH_CHECK before the values of those recordings
+    rows = load_parameters("sitl_mock.personality.px4", f"parameters_{release}.csv")
+    assert hash_of((row.name, row.value) for row in rows) == recorded
 
 
 def test_the_hash_tells_a_change_but_not_of_what_px4_changes_itself():

@@ -65,7 +65,7 @@ def picture(firmware="1.16", **changes):
             position=ESTIMATE,
             mode=Mode.LOITER,
             armed=True,
-            failsafe=False,
+            system_status=4,
             ready=True,
             landed=False,
             home=Home((3.0, 4.0, -5.0), math.radians(60.0), 2_000_000),
@@ -79,6 +79,7 @@ def picture(firmware="1.16", **changes):
             controls=TorqueSetpoint((0.01, -0.02, 0.03), 0.479),
             followed=PositionSetpoint((101.0, -202.0, -33.0), (0.1, 0.2, -0.3), (0.0, 0.0, 0.0), -2.0),
             is_torque_control=False,
+            mission_current=lambda: mavlink.MAVLink_mission_current_message(2, 5),
         ),
         **changes,
     )
@@ -266,9 +267,11 @@ def test_position_target_local_ned():
 
 
 def test_position_target_where_an_axis_is_not_controlled():
-    m = sent("POSITION_TARGET_LOCAL_NED", followed=PositionSetpoint((1.0, 2.0, None), (0.0, 0.0, 0.7)))
-    assert m.type_mask == 4
-    assert math.isnan(m.z)
+    followed = PositionSetpoint((1.0, None, None), (0.0, None, 0.7), yaw_rate_rad_s=0.3)
+    m = sent("POSITION_TARGET_LOCAL_NED", followed=followed)
+    assert m.type_mask == 2 | 4 | 16
+    assert all(math.isnan(value) for value in (m.y, m.z, m.vy))
+    assert m.yaw_rate == pytest.approx(0.3)
     assert m.vz == pytest.approx(0.7)
     assert m.yaw == pytest.approx(YAW - math.tau)
 
@@ -290,6 +293,15 @@ def test_position_target_global_int():
     assert (m.lat_int * 1e-7 - 47.3977432) * METRES_PER_DEGREE == pytest.approx(101.0, abs=0.02)
     assert (m.alt, m.vz, m.yaw) == close(489.4 + 33.0, -1.5, -2.0)
     assert BUILDERS[IDS["POSITION_TARGET_GLOBAL_INT"]](picture(armed=False)) is None
+
+
+def test_position_target_global_int_on_the_ground_and_in_a_landing_as_recorded():
+    # px4-v1.16.2-a, from arming on: velocities NaN, af 0, 0, 100; in AUTO.LAND altitude 0
+    m = sent("POSITION_TARGET_GLOBAL_INT", followed=None)
+    assert (m.type_mask, m.alt, m.afx, m.afy, m.afz) == close(0, 519.4, 0.0, 0.0, 100.0)
+    assert math.isnan(m.vx)
+    m = sent("POSITION_TARGET_GLOBAL_INT", followed=PositionSetpoint((101.0, -202.0, None), (0.0, 0.0, 0.7)))
+    assert (m.alt, m.vz) == close(0.0, 0.7)
 
 
 def test_attitude_target():
@@ -399,9 +411,14 @@ def test_autopilot_version_as_recorded(firmware, version, custom):
     assert (m.flight_custom_version, m.board_version, m.uid) == (custom, 1, 5283920058631409231)
 
 
-def test_heartbeat_in_a_failsafe():
-    assert [sent("HEARTBEAT", failsafe=failsafe).system_status for failsafe in (False, True)] == [4, 5]
-    assert sent("HEARTBEAT", armed=False).system_status == 3
+def test_heartbeat():
+    m = sent("HEARTBEAT", system_status=5)
+    assert (m.type, m.autopilot, m.base_mode, m.custom_mode, m.system_status) == (2, 12, 157, 0x03040000, 5)
+
+
+def test_mission_current():
+    m = sent("MISSION_CURRENT")
+    assert (m.seq, m.total) == (2, 5)
 
 
 def test_every_message_is_made_for_every_attitude():
