@@ -95,10 +95,21 @@ def _show_totals(console: Console, comparisons: list[Comparison]) -> None:
     counts = totals(comparisons)
     table.add_row("all", *(_cell(counts, key) for key in ("exchanges", "excused", "same outcome", "identical")), "", "")
     console.print(table)
+    console.print(_by_kind(comparisons))
     if counts["exchanges"]:
         share = 100 * counts["same outcome"] / counts["exchanges"]
         texts = 100 * counts["identical"] / counts["exchanges"]
         console.print(f"identical in result and resulting state: {share:.1f} %; in texts too: {texts:.1f} %")
+
+
+def _by_kind(comparisons: list[Comparison]) -> Table:
+    """What was asked, how often, and how often it was answered alike."""
+    table = Table("asked", "exchanges", "result and state", "texts too")
+    counted = [compared for comparison in comparisons for compared in comparison.counted()]
+    for kind in sorted({compared.real.kind for compared in counted}):
+        same = [compared for compared in counted if compared.real.kind == kind]
+        table.add_row(kind, str(len(same)), _share(same, "same_outcome"), _share(same, "identical"))
+    return table
 
 
 def _cell(counts: dict, key: str) -> str:
