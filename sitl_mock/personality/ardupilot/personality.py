@@ -108,7 +108,7 @@ class ArduCopter:
                 port.send(ack)
             self._reporter.send_requested(boot_us)
         elif kind in _ITEMS and message.current in PLACES:
-            if message.target_system == self._system_id:
+            if message.target_system in (self._system_id, 0):
                 is_taken = self._setpoints.take_place(message, self._estimate, boot_us)
                 result = mavlink.MAV_MISSION_ACCEPTED if is_taken else mavlink.MAV_MISSION_ERROR
                 port.send(mavlink.MAVLink_mission_ack_message(*sender, result, 0))

@@ -109,7 +109,7 @@ def test_going_to_an_item(copter):
 
 
 def go(vehicle, current, x, y, z):
-    answers = vehicle.send(mavlink.MAVLink_mission_item_message(1, 1, 0, 3, 16, current, 0, 0, 0, 0, 0, x, y, z))
+    answers = vehicle.send(mavlink.MAVLink_mission_item_message(0, 0, 0, 3, 16, current, 0, 0, 0, 0, 0, x, y, z))
     return [a.type for a in answers if a.get_type() == "MISSION_ACK"]
 
 
