@@ -33,3 +33,9 @@ def test_mavproxy_flies_arducopter_on_its_usual_port(mock, instance, client, tmp
     assert contents.bad_bytes == 0
     kinds = {(record.outbound, decode(record.frame).get_type()) for record in contents}
     assert {(False, "HEARTBEAT"), (False, "PARAM_VALUE"), (False, "COMMAND_ACK"), (True, "COMMAND_LONG")} <= kinds
+
+
+def test_dronekit_flies_arducopter_on_its_usual_port(mock, instance, client):
+    mock("--autopilot", "ardupilot", "--instance", str(instance), "--speed", "10", "--ready", "42")
+    seen = client("ardupilot_dronekit.py", "dronekit", f"tcp:127.0.0.1:{5760 + 10 * instance}")
+    assert seen == {"version": [4, 7], "parameters": 1348, "gps fix": True, "battery": True, "landed": True}

@@ -32,7 +32,7 @@ def test_pymavlink_flies_px4_on_its_usual_ports(mock, instance, client):
 
 
 def test_mavsdk_flies_px4_on_its_usual_ports(mock, instance, client):
-    mock("--firmware", "1.16", "--instance", str(instance), "--system-id", "1", "--speed", "5")
+    mock("--firmware", "1.16", "--instance", str(instance), "--system-id", "1", "--speed", "2")
     seen = client("px4_mavsdk.py", "mavsdk", str(14540 + instance))
     assert seen.pop("parameters") > 800
     assert seen == {
@@ -48,7 +48,7 @@ def test_mavsdk_flies_px4_on_its_usual_ports(mock, instance, client):
 
 
 def test_mavproxy_flies_px4(mock, client, tmp_path):
-    (url,) = mock("--firmware", "1.16", "--endpoint", "udpin:127.0.0.1:0:gcs", "--speed", "3", "--ready", "1")
+    (url,) = mock("--firmware", "1.16", "--endpoint", "udpin:127.0.0.1:0:gcs", "--speed", "2", "--ready", "1")
     seen = client("by_mavproxy.py", "MAVProxy", url, str(tmp_path), "px4")
     assert seen["parameters"] > 800
     contents = read_records(seen["tlogs"][0])
