@@ -66,8 +66,9 @@ def position_target_local_ned(picture: Picture) -> Message | None:
 
 def position_target_global_int(picture: Picture) -> Message | None:
     """POSITION_TARGET_GLOBAL_INT, while one of PX4's own modes is armed: where it leads, with the inner targets of the
-    message before. Without an altitude to reach, as in a landing, that is 0."""
-    if picture.mode is Mode.OFFBOARD or not picture.armed:
+    message before. In a landing there is no altitude to reach: 1.16 tells 0 for it, 1.13 nothing at all."""
+    leads_nowhere = picture.mode is Mode.OFFBOARD or (picture.mode is Mode.LAND and picture.is_113)
+    if leads_nowhere or not picture.armed:
         return None
     here, followed = picture.position.position_ned_m, picture.followed
     n, e, d = here if followed is None else followed.position_ned_m

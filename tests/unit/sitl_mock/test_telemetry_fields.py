@@ -302,6 +302,8 @@ def test_position_target_global_int_on_the_ground_and_in_a_landing_as_recorded()
     assert math.isnan(m.vx)
     m = sent("POSITION_TARGET_GLOBAL_INT", followed=PositionSetpoint((101.0, -202.0, None), (0.0, 0.0, 0.7)))
     assert (m.alt, m.vz) == close(0.0, 0.7)
+    build = BUILDERS[IDS["POSITION_TARGET_GLOBAL_INT"]]
+    assert [build(picture(firmware, mode=Mode.LAND)) is None for firmware in ("1.13", "1.16")] == [True, False]
 
 
 def test_attitude_target():
