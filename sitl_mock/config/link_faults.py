@@ -72,6 +72,3 @@ class Corrupt(LinkFault):
     """Discriminates the fault."""
     bits: Annotated[int, Field(ge=1, le=2000)] = 1
     """How many bits, each at a random place."""
-
-
-LINK_FAULTS = (Drop, Delay, Jitter, Duplicate, Reorder, Corrupt)

@@ -1,8 +1,8 @@
 """An endpoint that echoes, behind an impaired link."""
 
 from mavquad.endpoint import advance, deliver
+from sitl_mock.config.faults import faults_of
 from sitl_mock.config.link import LinkConfig
-from sitl_mock.config.link_faults import LINK_FAULTS
 from sitl_mock.faults import ImpairedLink
 from sitl_mock.script import Script
 
@@ -35,8 +35,8 @@ class Echo:
 
 def fault(kind, **keys):
     """A fault of the link by its kind."""
-    (section,) = (each for each in LINK_FAULTS if kind in each.model_fields["kind"].annotation.__args__)
-    return section(kind=kind, **keys)
+    (made,) = faults_of([{"kind": kind, **keys}], "test")
+    return made
 
 
 def exchange(frames, seed=1, faults=(), spacing_us=STEP_US, **link):
