@@ -84,6 +84,7 @@ class Captain:
         self._law = LawFlight(params.law, params.airframe, params.mission, params.streams, self._hover)
         self._pose = PoseIntake(params.guards)
         self.phase = Phase.CONNECTING
+        self._phase_name = self.phase.value
         self.error: MavquadError | None = None
         self.interrupted = False
         self._setpoints_sent = 0
@@ -215,7 +216,7 @@ class Captain:
         if phase is self.phase:
             return
         self._blame(error)
-        self.phase = phase
+        self.phase, self._phase_name = phase, phase.value
         self._phase_us = self._now_us
         self._phase_limit_us = self._limit_us(phase)
         # A request of the phase before must not be repeated into this one, least of all a mode change.
@@ -497,7 +498,7 @@ class Captain:
             self._step_law(position, attitude)
 
     def _step_law(self, position: Position, attitude: Attitude) -> None:
-        row = self._law.step(position, attitude, self._now_us, self.phase.value)
+        row = self._law.step(position, attitude, self._now_us, self._phase_name)
         self._send(self._setpoint(row.controls))
         self._setpoints_sent += 1
         self._last_row = row

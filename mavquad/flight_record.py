@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from mavquad.types import Depth, Vec3, Vec4
 
 _DEPTHS: dict[int, Depth] = {4: "torque", 3: "rate", 2: "attitude"}
 
 
-@dataclass(frozen=True, slots=True)
-class TraceRow:
+class TraceRow(NamedTuple):
     """One step of the law. 4-vectors are in the order of `mavquad.types.CHANNELS`: z, yaw, x, y (NWU).
 
     Attributes:

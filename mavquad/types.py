@@ -3,8 +3,7 @@ z up) for the body, as the paper's model; `mavquad.frames` owns the flips to MAV
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 Vec3 = tuple[float, float, float]
 Vec4 = tuple[float, float, float, float]
@@ -16,8 +15,7 @@ Depth = Literal["torque", "rate", "attitude"]
 """Which input of the autopilot the law commands: chains of length 4, 3 and 2 from it to the position."""
 
 
-@dataclass(frozen=True, slots=True)
-class Attitude:
+class Attitude(NamedTuple):
     """Attitude and body rates at `stamp_us` of the vehicle's clock.
 
     Euler angles of R = Rz(yaw) Ry(pitch) Rx(roll), FLU to NWU: positive pitch is nose DOWN here.
@@ -30,8 +28,7 @@ class Attitude:
     rates_flu_rad_s: Vec3
 
 
-@dataclass(frozen=True, slots=True)
-class Position:
+class Position(NamedTuple):
     """Position and velocity at `stamp_us` of the vehicle's clock."""
 
     stamp_us: int
@@ -39,8 +36,7 @@ class Position:
     velocity_nwu_m_s: Vec3
 
 
-@dataclass(frozen=True, slots=True)
-class ReferencePoint:
+class ReferencePoint(NamedTuple):
     """The reference of each output and its derivatives at one moment.
 
     `z_m[i]` is the i-th derivative of z in m/s^i, `yaw_rad[i]` that of yaw in rad/s^i (yaw continuous, not wrapped);
@@ -57,24 +53,21 @@ class ReferencePoint:
         return (self.z_m, self.yaw_rad, self.x_m, self.y_m)
 
 
-@dataclass(frozen=True, slots=True)
-class TorqueCommand:
+class TorqueCommand(NamedTuple):
     """What the law asks of the body: angular acceleration (rad/s^2, FLU) and thrust per mass T = u1 + g (m/s^2)."""
 
     angular_acceleration_flu_rad_s2: Vec3
     specific_thrust_m_s2: float
 
 
-@dataclass(frozen=True, slots=True)
-class RateCommand:
+class RateCommand(NamedTuple):
     """What the law asks at depth "rate": body rates (rad/s, FLU) and thrust per mass (m/s^2)."""
 
     rates_flu_rad_s: Vec3
     specific_thrust_m_s2: float
 
 
-@dataclass(frozen=True, slots=True)
-class AttitudeCommand:
+class AttitudeCommand(NamedTuple):
     """What the law asks at depth "attitude": Euler angles as in `Attitude` (rad) and thrust per mass (m/s^2)."""
 
     roll_rad: float

@@ -123,18 +123,18 @@ class LawFlight:
 
     def _row(self, command: LawCommand, trace: Trace, now_us: int, phase: str) -> TraceRow:
         return TraceRow(
-            stamp_us=now_us,
-            vehicle_stamp_us=trace.stamp_us,
-            phase=phase,
-            measured=trace.measured,
-            reference=trace.reference,
-            zeta_hat=trace.zeta_hat,
-            sigma=trace.sigma,
-            wind=trace.wind,
-            demanded=trace.demanded,
-            input=trace.inputs,
-            controls=self.controls(command),
-            limits=trace.limits_active,
+            now_us,
+            trace.stamp_us,
+            phase,
+            trace.measured,
+            trace.reference,
+            trace.zeta_hat,
+            trace.sigma,
+            trace.wind,
+            trace.demanded,
+            trace.inputs,
+            self.controls(command),
+            trace.limits_active,
         )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from dataclasses import replace
 
 import matplotlib.image
 import numpy as np
@@ -90,14 +89,14 @@ def test_each_depth_has_its_own_units(monkeypatch, make_trace, depth, sigma, con
 
 def test_a_padded_yaw_has_the_units_of_its_longer_chain(monkeypatch, make_trace):
     rows = [
-        replace(row, zeta_hat=(row.zeta_hat[0], row.zeta_hat[0], *row.zeta_hat[2:]))
+        row._replace(zeta_hat=(row.zeta_hat[0], row.zeta_hat[0], *row.zeta_hat[2:]))
         for row in make_trace(2.0, rate_hz=20)
     ]
     assert "σ (m/s⁴;\nyaw rad/s⁴)" in texts_of(monkeypatch, lambda: flight_figure(rows, [], "x.png", ""))
 
 
 def test_without_limits_it_says_so(monkeypatch, make_trace):
-    rows = [replace(row, limits=()) for row in make_trace(2.0, rate_hz=20)]
+    rows = [row._replace(limits=()) for row in make_trace(2.0, rate_hz=20)]
     assert "none was active" in texts_of(monkeypatch, lambda: flight_figure(rows, [], "x.png", ""))
 
 

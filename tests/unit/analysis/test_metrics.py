@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import pytest
 
@@ -70,7 +69,7 @@ def test_what_is_not_a_number_gives_none_and_never_nan():
 def test_errors_of_a_trace_start_at_zero_and_wrap_yaw(make_trace):
     rows = make_trace(0.05)[:3]
     rows = [
-        replace(row, measured=(1.0, 7.0, 2.0, 3.0), reference=(0.5, 0.5, 2.5, 1.0), stamp_us=row.stamp_us)
+        row._replace(measured=(1.0, 7.0, 2.0, 3.0), reference=(0.5, 0.5, 2.5, 1.0), stamp_us=row.stamp_us)
         for row in rows
     ]
     samples = error_samples(rows)

@@ -206,7 +206,7 @@ def test_no_two_lengths_have_one_header():
 
 def test_nan_survives(folder, make_trace):
     [row] = make_trace(0.01)
-    nan_row = TraceRow(**{name: getattr(row, name) for name in row.__slots__} | {"sigma": (math.nan,) * 4})
+    nan_row = TraceRow(**{name: getattr(row, name) for name in row._fields} | {"sigma": (math.nan,) * 4})
     [read] = read_trace(written(folder / "nan.csv", [nan_row]))
     assert all(math.isnan(value) for value in read.sigma)
 
