@@ -1,8 +1,9 @@
 """The mock live: any number of vehicles on one clock, each with any number of links, in one event loop.
 
 The rule of time is that of `mavquad.endpoint`: a deadline fires at its own time, however late the loop wakes; before a
-frame is handed over, every deadline up to its stamp fires. One timer serves all vehicles. Simulated time slips where
-the machine cannot keep up, so that the sockets are served all the same.
+frame is handed over, every deadline up to its stamp fires. One timer serves all vehicles. A loop that is late catches up
+in slices, so that sockets are served between them and no client gets seconds of telemetry at a time; what is further
+behind than that can bear is given up: simulated time slips.
 """
 
 from __future__ import annotations
@@ -22,8 +23,10 @@ from sitl_mock.faults import ImpairedLink
 from sitl_mock.lateness import Lateness
 from sitl_mock.transports import Counts, Transport, open_transport
 
-BEHIND_MAX_S = 0.25
+BEHIND_MAX_S = 0.1
 """Real time by which a vehicle may be behind; beyond it, simulated time slips."""
+SLICE_US = 20_000
+"""Simulated time that passes at most before sockets are served again."""
 _LOOK_US = 200_000
 """Simulated time between two looks at whether a vehicle flies."""
 
@@ -162,7 +165,7 @@ class Server:
         for port, spec in enumerate(vehicle.spec.links):
 
             def received(frames: list[bytes], port: int = port) -> None:
-                self._guarded(lambda: vehicle.take(frames, port, self._now_us()))
+                self._guarded(lambda: vehicle.take(frames, port, min(self._now_us(), vehicle.due_us + SLICE_US)))
 
             def connected(waits: bool = spec.waits) -> None:
                 if waits:
@@ -209,11 +212,17 @@ class Server:
         self._guarded(self._advance)
 
     def _advance(self) -> None:
+        """One slice for all vehicles, or less if less is due."""
         now_us = self._now_us()
+        upto_us = min(now_us, self._due_us() + SLICE_US)
         for vehicle in self.vehicles:
-            if vehicle.due_us <= now_us:
+            if vehicle.due_us <= upto_us:
                 self.lateness.add(self._clock.real_s(now_us - vehicle.due_us))
-                vehicle.advance(now_us)
+                vehicle.advance(upto_us)
+
+    def _due_us(self) -> int:
+        """When the first vehicle wants to act."""
+        return min((vehicle.due_us for vehicle in self.vehicles), default=NEVER_US)
 
     def _guarded(self, action: Callable[[], None]) -> None:
         """Run an action; what it raises ends `run`, since asyncio would only log it."""
@@ -229,7 +238,7 @@ class Server:
 
     def _schedule(self) -> None:
         """One timer, for the vehicle that is due next."""
-        due_us = min((vehicle.due_us for vehicle in self.vehicles), default=NEVER_US)
+        due_us = self._due_us()
         if due_us >= self._timer_us or due_us >= NEVER_US:
             return
         if self._timer is not None:
