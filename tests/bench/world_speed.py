@@ -25,7 +25,7 @@ CASES = {
     "in flight, paper's model": {"vehicle": {"model": "paper"}},
     "on the ground": {},
 }
-CHUNK = 1250
+CHUNK = 250
 
 
 def commands(hover: float) -> list[tuple[float, float, float, float]]:
