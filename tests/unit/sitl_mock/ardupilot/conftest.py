@@ -15,6 +15,7 @@ NO_NOISE = {
     "velocity_noise_m_s": 0.0,
     "attitude_noise_deg": 0.0,
     "rates_noise_rad_s": 0.0,
+    "accelerometer_noise_m_s2": 0.0,
     "age_ms": 0,
 }
 STABILIZE, AUTO, GUIDED, LOITER, RTL, LAND, BRAKE, GUIDED_NOGPS = 0, 3, 4, 5, 6, 9, 17, 20
