@@ -70,6 +70,10 @@ class Streams:
         self.next_us = min(self._due_us.values())
         return True
 
+    def sends(self, message_id: int) -> bool:
+        """Whether this is one of the streams, on or off."""
+        return message_id in self._kinds
+
     def interval_us(self, message_id: int) -> int:
         """What PX4 answers to GET_MESSAGE_INTERVAL: the interval asked for; -1 unlimited; 0 stopped, or no such stream."""
         return self._interval_us.get(message_id, 0)

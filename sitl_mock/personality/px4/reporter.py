@@ -9,7 +9,7 @@ from sitl_mock.config import Px4Release
 from sitl_mock.config.streams import StreamsConfig
 from sitl_mock.personality.px4.picture import Picture
 from sitl_mock.personality.px4.rates import Topic, streams_of, topics_us
-from sitl_mock.personality.px4.telemetry import BUILDERS
+from sitl_mock.personality.px4.telemetry import BUILDERS, ON_REQUEST
 from sitl_mock.port import Port
 from sitl_mock.sensors import Estimate
 
@@ -50,8 +50,8 @@ class Reporter:
 
     def send(self, port: Port, message_id: int, picture: Picture) -> bool:
         """Send one message on a link, asked for by its id; False: there is no such message now."""
-        build = BUILDERS.get(message_id)
-        message = build(picture) if build is not None else None
+        is_known = message_id in ON_REQUEST or self._streams[port].sends(message_id)
+        message = BUILDERS[message_id](picture) if is_known else None
         if message is None:
             return False
         port.send(message)

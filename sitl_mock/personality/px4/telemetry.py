@@ -187,3 +187,6 @@ BUILDERS: dict[int, Callable[[Picture], Message | None]] = {
     mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN: pose.gps_global_origin,
 }
 """How each message is made, those of streams and those sent on request only; None: nothing to send now."""
+
+ON_REQUEST = frozenset({mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION, mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN})
+"""Messages without a stream."""

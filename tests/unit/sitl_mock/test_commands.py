@@ -288,3 +288,17 @@ def test_an_interval_asked_for_is_told_whatever_comes(pilot):
     p.command(511, 32, -1)
     answers = p.send(mavlink.MAVLink_command_long_message(1, 1, 510, 0, 32, 0, 0, 0, 0, 0, 0))
     assert answers[0].interval_us == 0
+
+
+@pytest.mark.parametrize(
+    ("firmware", "message_id", "result"),
+    [("1.13", 148, 0), ("1.13", 49, 0), ("1.13", 30, 0), ("1.13", 375, 0), ("1.13", 140, 0), ("1.13", 340, 0),
+     ("1.13", 12901, 2), ("1.13", 29, 2), ("1.13", 42, 2), ("1.13", 87, 2), ("1.13", 9999, 2),
+     ("1.16", 12901, 0), ("1.16", 29, 0), ("1.16", 42, 0), ("1.16", 140, 2), ("1.16", 340, 2)],
+)  # fmt: skip
+def test_messages_asked_for_by_their_id(pilot, firmware, message_id, result):
+    # of 1.13: as a live 1.13.3 answered, disarmed
+    p = pilot(firmware=firmware).run(0.5)
+    p.forget()
+    assert p.command(512, message_id) == [result]
+    assert [codec.message_id(frame) for _, frame in p.frames].count(message_id) == (result == 0)
