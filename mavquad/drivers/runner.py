@@ -93,7 +93,8 @@ class Runner:
 
     def _input_stamp(self, now_us: int) -> int:
         stamp_us = self.last_us = max(floor_to_grid_us(now_us), self.last_us + GRID_US)
-        self.advance(stamp_us)
+        if self.deadline_us <= stamp_us:
+            self.advance(stamp_us)
         return stamp_us
 
     def _drain(self, stamp_us: int) -> None:

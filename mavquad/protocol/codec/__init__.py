@@ -5,7 +5,7 @@
 struct and by code written out for each kind of message (`layout`), with the same bytes and values as pymavlink's own.
 """
 
-from mavquad.protocol.codec.dialect import Message, mavlink
+from mavquad.protocol.codec.dialect import Message
 from mavquad.protocol.codec.frame import (
     MAGIC_V1,
     MAGIC_V2,
@@ -19,6 +19,7 @@ from mavquad.protocol.codec.frame import (
     message_id,
 )
 from mavquad.protocol.codec.framer import Framer
+from mavquad.protocol.codec.layout import mavlink
 from mavquad.protocol.codec.messages import Encoder, decode
 
 __all__ = [

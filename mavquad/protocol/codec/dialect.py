@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from pymavlink.dialects.v20 import ardupilotmega as mavlink
+from pymavlink.dialects.v20 import ardupilotmega as pymavlink
 
-__all__ = ["Message", "mavlink"]
+__all__ = ["Message", "pymavlink"]
 
 Message = Any
-"""A pymavlink message object, e.g. `mavlink.MAVLink_attitude_message`."""
+"""A message object: pymavlink's, or ours, which is of a subclass of it."""

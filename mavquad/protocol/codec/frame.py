@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from fastcrc.crc16 import mcrf4xx
 
-from mavquad.protocol.codec.dialect import mavlink
+from mavquad.protocol.codec.dialect import pymavlink
 
 MAGIC_V1 = 0xFE
 MAGIC_V2 = 0xFD
@@ -17,7 +17,7 @@ HEADER_V2 = 10
 SIGNED = 0x01
 """The one incompatibility flag that exists: a signature follows the CRC."""
 SIGNATURE_LENGTH = 13
-_CRC_EXTRA: dict[int, bytes] = {msg_id: bytes((cls.crc_extra,)) for msg_id, cls in mavlink.mavlink_map.items()}
+_CRC_EXTRA: dict[int, bytes] = {msg_id: bytes((cls.crc_extra,)) for msg_id, cls in pymavlink.mavlink_map.items()}
 
 
 def frame_length(buffer: bytes | bytearray, at: int) -> int:
@@ -72,6 +72,24 @@ def is_valid(frame: bytes) -> bool:
     if crc_extra is None:
         return False
     return bool(mcrf4xx(frame[1:end] + crc_extra) == frame[end] | frame[end + 1] << 8)
+
+
+def is_one_frame(data: bytes) -> bool:
+    """Whether these bytes are exactly one valid frame: what a datagram usually is."""
+    length = len(data)
+    if length < HEADER_V1 + 2:
+        return False
+    if data[0] == MAGIC_V2:
+        flags, end = data[2], HEADER_V2 + data[1]
+        if flags & ~SIGNED or length != end + (2 + SIGNATURE_LENGTH if flags else 2):
+            return False
+        crc_extra = _CRC_EXTRA.get(data[7] | data[8] << 8 | data[9] << 16)
+    elif data[0] == MAGIC_V1 and length == data[1] + HEADER_V1 + 2:
+        end = length - 2
+        crc_extra = _CRC_EXTRA.get(data[5])
+    else:
+        return False
+    return crc_extra is not None and mcrf4xx(data[1:end] + crc_extra) == data[end] | data[end + 1] << 8
 
 
 def is_known(frame: bytes | bytearray) -> bool:

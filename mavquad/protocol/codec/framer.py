@@ -9,6 +9,7 @@ from mavquad.protocol.codec.frame import (
     frame_sequence,
     frame_source,
     is_known,
+    is_one_frame,
     is_valid,
 )
 from mavquad.protocol.sequence import SequenceCount
@@ -41,7 +42,7 @@ class Framer:
 
     def push(self, chunk: bytes) -> list[bytes]:
         """Take in a datagram or a piece of a stream; return the whole frames that it completes, in order."""
-        if not self._rest and _is_one_frame(chunk):
+        if not self._rest and is_one_frame(chunk):
             self._count(chunk)
             return [chunk]
         before = self.bad_bytes
@@ -115,11 +116,6 @@ class _ValidFrames:
                 self._found = at
                 return True
         return False
-
-
-def _is_one_frame(chunk: bytes) -> bool:
-    """What a datagram usually is: nothing but one valid frame."""
-    return len(chunk) > 2 and frame_length(chunk, 0) == len(chunk) and is_valid(chunk)
 
 
 def _frame_starts(buffer: bytes, at: int) -> bool:

@@ -1,8 +1,9 @@
-"""How the fields of a message lie in its payload, as two functions written for each kind of message.
+"""How the fields of a message lie in its payload, as functions written for each kind of message.
 
 pymavlink's message classes say all that is needed (struct format, order on the wire, lengths of arrays, text fields).
 pymavlink itself reads them anew for every message, field by field; here they are read once, the first time that a kind is
-met, and written out as straight code: one call of struct and one assignment a field.
+met, and written out as straight code: one call of struct and one assignment a field. Our messages are of subclasses of
+pymavlink's that work out what goes beyond the fields (header, CRC, bytes) when it is asked for: hardly anybody asks.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from collections.abc import Callable, Iterator
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from mavquad.protocol.codec.dialect import Message, mavlink
+from mavquad.protocol.codec.dialect import Message, pymavlink
 from mavquad.protocol.codec.frame import (
     HEADER_V1,
     MAGIC_V1,
@@ -40,15 +41,15 @@ class Layout(NamedTuple):
     """The whole payload of a message."""
     unpack: Callable[[bytes, bytes, int], Message]
     """(frame, buffer, at): the message of a frame, its whole payload being in this buffer from there on."""
+    kind: type[Message]
+    """The class of our messages."""
 
 
-class Received:
-    """What a decoded message knows of its frame. Worked out when asked for: hardly anybody asks.
+class Light:
+    """What a message knows beside its fields. The methods are pymavlink's own, from its class for this kind of message."""
 
-    The fields are pymavlink's own, and so are the methods, from its class for this kind of message.
-    """
-
-    _frame: bytes
+    _frame: bytes | None = None
+    """What it was decoded from."""
     _signed = False
     _link_id = None
     _instances = None
@@ -56,41 +57,47 @@ class Received:
     @cached_property
     def _header(self) -> Any:
         frame = self._frame
+        if frame is None:
+            return pymavlink.MAVLink_header(self.get_msgId())
         system_id, component_id = frame_source(frame)
         flags = (0, 0) if frame[0] == MAGIC_V1 else (frame[2], frame[3])
-        return mavlink.MAVLink_header(
+        return pymavlink.MAVLink_header(
             self.get_msgId(), *flags, frame[1], frame_sequence(frame), system_id, component_id
         )
 
     @cached_property
     def _msgbuf(self) -> bytearray:
-        return bytearray(self._frame)
+        return bytearray(self._frame or b"")
 
     @cached_property
-    def _payload(self) -> bytearray:
+    def _payload(self) -> bytearray | None:
         """As pymavlink cuts it: from the end of a version 1 header on, whatever the version."""
-        return bytearray(self._frame[HEADER_V1 : self._crc_at])
+        return None if self._frame is None else bytearray(self._frame[HEADER_V1 : _crc_at(self._frame)])
 
     @cached_property
-    def _crc(self) -> int:
-        return int.from_bytes(self._frame[self._crc_at :][:2], "little")
-
-    @property
-    def _crc_at(self) -> int:
-        return len(self._frame) - 2 - (SIGNATURE_LENGTH if is_signed(self._frame) else 0)
+    def _crc(self) -> int | None:
+        if self._frame is None:
+            return None
+        return int.from_bytes(self._frame[_crc_at(self._frame) :][:2], "little")
 
     def get_msgId(self) -> int:  # noqa: N802 - pymavlink's name
         """The message id; not `self.id`, which some messages have as a field."""
         return int(type(self).id)  # type: ignore[attr-defined]
 
 
+def _crc_at(frame: bytes) -> int:
+    return len(frame) - 2 - (SIGNATURE_LENGTH if is_signed(frame) else 0)
+
+
 def layout_of(kind: type[Message]) -> Layout:
     """Read one of pymavlink's message classes."""
-    received = type(
+    light = type(
         kind.__name__,
-        (Received, kind),
+        (Light, kind),
         {
             "__module__": kind.__module__,
+            "__doc__": kind.__doc__,
+            "__init__": _written_out(_constructor(kind), "__init__", {}),
             "_fieldnames": kind.fieldnames,
             "_type": kind.msgname,
             "_instance_field": kind.instance_field,
@@ -104,10 +111,9 @@ def layout_of(kind: type[Message]) -> Layout:
         base_size=_base_size(kind),
         pack=_written_out(_packing(kind), "pack", {"bound": kind.unpacker.pack}),
         unpack=_written_out(
-            _unpacking(kind),
-            "unpack",
-            {"bound": kind.unpacker.unpack_from, "new": received.__new__, "kind": received},
+            _unpacking(kind), "unpack", {"bound": kind.unpacker.unpack_from, "new": light.__new__, "kind": light}
         ),
+        kind=light,
     )
 
 
@@ -127,6 +133,25 @@ def _base_size(kind: type[Message]) -> int:
     return struct.calcsize("<" + "".join(tokens[: len(tokens) - extensions]))
 
 
+_SHOWN = "raw.split(b'\\0', 1)[0].decode('ascii', errors='replace')"
+"""A text as pymavlink shows it: what follows a zero is not there."""
+
+
+def _constructor(kind: type[Message]) -> list[str]:
+    """As pymavlink's, with its defaults."""
+    defaults = kind.__init__.__defaults__ or ()
+    given = [f"={default!r}" for default in defaults]
+    marks = [""] * (len(kind.fieldnames) - len(given)) + given
+    lines = [f"def __init__(self, {', '.join(map(str.__add__, kind.fieldnames, marks))}):"]
+    texts = {name for name, _, is_text in _fields(kind) if is_text}
+    for name in kind.fieldnames:
+        if name in texts:
+            lines += [f"    self._{name}_raw = raw = {name}", f"    self.{name} = {_SHOWN}"]
+        else:
+            lines.append(f"    self.{name} = {name}")
+    return lines
+
+
 def _packing(kind: type[Message]) -> list[str]:
     values = [
         f"m._{name}_raw" if is_text else f"*m.{name}[:{length}]" if length else f"m.{name}"
@@ -143,7 +168,7 @@ def _unpacking(kind: type[Message]) -> list[str]:
         if is_text:
             lines += [
                 f"    m._{name}_raw = raw = v[{at}].rstrip(b'\\0')",
-                f"    m.{name} = raw.split(b'\\0', 1)[0].decode('ascii', errors='replace')",
+                f"    m.{name} = {_SHOWN}",
             ]
         else:
             lines.append(f"    m.{name} = " + (f"list(v[{at}:{at + length}])" if length else f"v[{at}]"))
@@ -161,7 +186,7 @@ class _ByNumber(dict[int, Layout | None]):
     """By message id; None for one that the dialect does not know."""
 
     def __missing__(self, number: int) -> Layout | None:
-        kind = mavlink.mavlink_map.get(number)
+        kind = pymavlink.mavlink_map.get(number)
         found = self[number] = None if kind is None else layout_of(kind)
         return found
 
@@ -178,3 +203,17 @@ class _ByKind(dict[type[Message], Layout]):
 
 BY_NUMBER = _ByNumber()
 BY_KIND = _ByKind()
+
+
+class Dialect:
+    """All that pymavlink's dialect has, with our messages in place of its own."""
+
+    def __getattr__(self, name: str) -> Any:
+        found: Any = getattr(pymavlink, name)
+        if getattr(found, "id", None) in pymavlink.mavlink_map:
+            found = BY_KIND[found].kind
+        setattr(self, name, found)
+        return found
+
+
+mavlink: Any = Dialect()

@@ -7,7 +7,7 @@ import struct
 from fastcrc.crc16 import mcrf4xx
 
 from mavquad.errors import InternalError
-from mavquad.protocol.codec.dialect import Message, mavlink
+from mavquad.protocol.codec.dialect import Message, pymavlink
 from mavquad.protocol.codec.frame import HEADER_V1, HEADER_V2, SIGNED, frame_length, message_id
 from mavquad.protocol.codec.layout import BY_KIND, BY_NUMBER
 
@@ -24,12 +24,12 @@ def decode(frame: bytes) -> Message:
         InternalError: the frame is not whole; a caller must not pass one on.
     """
     at = HEADER_V1 if frame[:1] == _START_V1 else HEADER_V2
-    if len(frame) < at or frame_length(frame, 0) != len(frame):
+    if len(frame) < at or len(frame) != frame_length(frame, 0):
         raise InternalError("decode was given an invalid frame: it is not whole")
     number = message_id(frame)
     layout = BY_NUMBER[number]
     if layout is None:
-        return mavlink.MAVLink_unknown(number, bytearray(frame))
+        return pymavlink.MAVLink_unknown(number, bytearray(frame))
     if frame[1] >= layout.size:
         return layout.unpack(frame, frame, at)
     # Zeros at the end of a payload are not sent.
@@ -60,8 +60,9 @@ class Encoder:
         Raises:
             InternalError: version 1 has no such message.
         """
-        number, crc_extra, _, base_size, pack, _ = BY_KIND[type(message)]
-        payload, sequence, (system_id, component_id) = pack(message), self.sequence, self._source
+        number, crc_extra, _, base_size, pack, _, _ = BY_KIND[type(message)]
+        payload: bytes = pack(message)
+        sequence, (system_id, component_id) = self.sequence, self._source
         if self.version == 1:
             if number > _LAST_ID_V1:
                 raise InternalError(f"MAVLink 1 has no message {number}")

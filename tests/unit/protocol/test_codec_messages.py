@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import inspect
 import struct
 
 import pytest
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from mavquad.errors import InternalError
-from mavquad.protocol.codec import Encoder, decode, frame_version, is_signed, is_valid
+from mavquad.protocol.codec import Encoder, decode, frame_version, is_signed, is_valid, mavlink
 from mavquad.protocol.codec.layout import BY_KIND, BY_NUMBER
 
 KINDS = list(dialect.mavlink_map.values())
@@ -84,13 +85,13 @@ def test_decoded_as_pymavlink_decodes(kind_and_payload, header, version):
     assert shown(ours) == shown(theirs)
 
 
-def built(kind, payload):
-    """The message with these fields, made by pymavlink's constructor; texts keep zeros inside and at their end."""
+def built(kind, payload, constructor=None):
+    """The message with these fields, made by a constructor, pymavlink's or another; texts keep zeros inside and at the end."""
     values = list(struct.unpack(kind.unpacker.format, payload.ljust(kind.unpacker.size, b"\0")[: kind.unpacker.size]))
     fields = {}
     for name, length in zip(kind.ordered_fieldnames, kind.lengths, strict=True):
         fields[name] = values.pop(0) if length == 1 else [values.pop(0) for _ in range(length)]
-    return kind(*(fields[name] for name in kind.fieldnames))
+    return (constructor or kind)(*(fields[name] for name in kind.fieldnames))
 
 
 @given(payloads(), HEADERS)
@@ -108,6 +109,25 @@ def test_encoded_as_pymavlink_packs(kind_and_payload, header):
     ours.sequence = sequence
     assert ours.encode(received) == expected
     assert bytes(received.pack(theirs)) == expected
+
+
+@given(payloads())
+def test_our_constructors_are_pymavlinks(kind_and_payload):
+    kind, payload = kind_and_payload
+    own = getattr(mavlink, kind.__name__)
+    theirs, ours = built(kind, payload), built(kind, payload, own)
+    assert type(ours) is own
+    assert isinstance(ours, kind)
+    assert shown(ours) == shown(theirs)
+    assert Encoder(1, 2).encode(ours) == Encoder(1, 2).encode(theirs)
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.msgname)
+def test_our_constructors_take_what_pymavlinks_take(kind):
+    def parameters(cls):
+        return [(p.name, p.default) for p in inspect.signature(cls).parameters.values()]
+
+    assert parameters(getattr(mavlink, kind.__name__)) == parameters(kind)
 
 
 @given(payloads(), HEADERS)
