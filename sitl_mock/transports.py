@@ -29,8 +29,8 @@ _SENDERS_MAX = 32
 _DATAGRAM_MAX = 65535
 _PENDING_MAX = 64 * 1024
 """Bytes that wait for a slow TCP client, beside those in the kernel."""
-_GONE_AFTER_S = 30
-"""A TCP client that acknowledges nothing for so long is gone."""
+_GONE_AFTER_S = 120
+"""A TCP client that takes nothing for so long is gone; one that a debugger has stopped for a while is not."""
 _ENDPOINT_HINT = "another program has this port, maybe a simulator: stop it, or choose --instance or --endpoint"
 
 

@@ -557,8 +557,9 @@ def inputs():
     ]
 
 
-def test_a_loop_that_wakes_late_changes_no_byte():
-    spec = VehicleSpec(config(link={"latency_ms": 1.0, "jitter_ms": 3.0}), 5, (parse_endpoint(UDP, "px4"),))
+@pytest.mark.parametrize("link_table", [{"latency_ms": 0.0}, {"latency_ms": 1.0, "jitter_ms": 3.0}])
+def test_a_loop_that_wakes_late_changes_no_byte(link_table):
+    spec = VehicleSpec(config(link=link_table), 5, (parse_endpoint(UDP, "px4"),))
     link = ImpairedLink(MockAutopilot(spec.config, 5, START_US), spec.config.link, 5)
     wanted = []
     last_us = 0
@@ -577,6 +578,18 @@ def test_a_loop_that_wakes_late_changes_no_byte():
         vehicle.advance(START_US + late_us)
     assert wire.frames == wanted
     assert len(wanted) > 500
+
+
+def test_no_two_inputs_have_the_same_stamp(monkeypatch):
+    stamps = []
+    monkeypatch.setattr(ImpairedLink, "receive", lambda _, data, now_us, port: stamps.append(now_us - START_US))
+    vehicle = Vehicle(specs(UDP)[0])
+    vehicle.links = [Wire()]
+    vehicle.boot(START_US)
+    frames = [frame for _, frame in inputs()]
+    vehicle.take(frames, 0, START_US + 8000)
+    vehicle.take(frames[:1], 0, START_US + 8004)
+    assert stamps == [8000, 8004, 8008, 8012, 8016]
 
 
 def test_before_the_boot_nobody_hears():
