@@ -7,19 +7,16 @@ counted. A client that is gone, refuses, resets or reads slowly costs nothing el
 from __future__ import annotations
 
 import asyncio
-import contextlib
-import errno
-import os
 import socket
 from collections import OrderedDict, deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from mavquad.errors import EndpointError
 from mavquad.protocol.codec import Framer
 from mavquad.url import Address
 from sitl_mock.endpoints import LinkSpec
+from sitl_mock.sockets import local_address, notice_the_gone, open_tcp, open_udp
 
 Received = Callable[[list[bytes]], None]
 
@@ -29,9 +26,6 @@ _SENDERS_MAX = 32
 _DATAGRAM_MAX = 65535
 _PENDING_MAX = 64 * 1024
 """Bytes that wait for a slow TCP client, beside those in the kernel."""
-_GONE_AFTER_S = 120
-"""A TCP client that takes nothing for so long is gone; one that a debugger has stopped for a while is not."""
-_ENDPOINT_HINT = "another program has this port, maybe a simulator: stop it, or choose --instance or --endpoint"
 
 
 @dataclass(slots=True)
@@ -82,7 +76,7 @@ class UdpLink:
         self._received = received
         self._answers_all = answers_all
         self._loop = loop
-        self._socket, speaks_to = _open_udp(spec)
+        self._socket, speaks_to = open_udp(spec)
         self._served = [speaks_to] if speaks_to is not None else []
         self._is_locked = False
         self._framers: OrderedDict[tuple[str, int], Framer] = OrderedDict()
@@ -92,7 +86,7 @@ class UdpLink:
     @property
     def address(self) -> Address:
         """The local address."""
-        return _local_address(self._socket)
+        return local_address(self._socket)
 
     @property
     def counts(self) -> Counts:
@@ -171,13 +165,13 @@ class TcpLink:
         self._waiting: deque[bytes] = deque()
         self._waiting_bytes = 0
         self._counts = Counts()
-        self._listener = _open_tcp(spec)
+        self._listener = open_tcp(spec)
         loop.add_reader(self._listener, self._accept)
 
     @property
     def address(self) -> Address:
         """The local address."""
-        return _local_address(self._listener)
+        return local_address(self._listener)
 
     @property
     def counts(self) -> Counts:
@@ -212,7 +206,7 @@ class TcpLink:
         except OSError:  # it left while it waited
             return
         client.setblocking(False)
-        _notice_the_gone(client)
+        notice_the_gone(client)
         self._client = client
         self._loop.remove_reader(self._listener)
         self._loop.add_reader(client, self._readable)
@@ -288,72 +282,3 @@ def open_transport(
     if spec.transport == "tcp":
         return TcpLink(loop, spec, received, connected)
     return UdpLink(loop, spec, received, answers_all)
-
-
-def _open_udp(spec: LinkSpec) -> tuple[socket.socket, tuple[str, int] | None]:
-    """(the bound socket, the address that it speaks to at first)."""
-    speak_to = None if spec.speak_to is None else _resolved(spec.speak_to, "udpout", socket.SOCK_DGRAM)
-    if spec.listen is not None:
-        family, local = _resolved(spec.listen, "udpin", socket.SOCK_DGRAM)
-    else:
-        assert speak_to is not None
-        family = speak_to[0]
-        local = ("::" if family == socket.AF_INET6 else "0.0.0.0", 0)
-    with _explained(spec.listen, "udpin"):
-        opened = socket.socket(family, socket.SOCK_DGRAM)
-        try:
-            opened.setblocking(False)
-            opened.bind(local)
-        except OSError:
-            opened.close()
-            raise
-    return opened, None if speak_to is None else speak_to[1]
-
-
-def _open_tcp(spec: LinkSpec) -> socket.socket:
-    assert spec.listen is not None
-    family, local = _resolved(spec.listen, "tcpin", socket.SOCK_STREAM)
-    with _explained(spec.listen, "tcpin"):
-        listener = socket.create_server(local, family=family, backlog=5)
-    listener.setblocking(False)
-    return listener
-
-
-def _resolved(address: Address, words: str, kind: socket.SocketKind) -> tuple[socket.AddressFamily, tuple[str, int]]:
-    with _explained(address, words):
-        family, _, _, _, place = socket.getaddrinfo(address.host, address.port, type=kind)[0]
-    return family, (str(place[0]), int(place[1]))
-
-
-@contextlib.contextmanager
-def _explained(address: Address | None, words: str) -> Iterator[None]:
-    url = f"{words}:{address.host}:{address.port}" if address is not None else words
-    try:
-        yield
-    except UnicodeError:
-        raise EndpointError(url, "cannot be opened (this is no host name)", "check the host and the port") from None
-    except OSError as error:
-        # Of its own, Python adds the address to the words of some errors.
-        number = error.errno or 0
-        reason = (os.strerror(number) if number in errno.errorcode else error.strerror or str(error)).lower()
-        hint = _ENDPOINT_HINT if error.errno == errno.EADDRINUSE else "check the host and the port"
-        raise EndpointError(url, f"cannot be opened ({reason})", hint) from None
-
-
-def _local_address(opened: socket.socket) -> Address:
-    host, port = opened.getsockname()[:2]
-    return Address(True, str(host), int(port))
-
-
-def _notice_the_gone(client: socket.socket) -> None:
-    """Frames at once, and an end to a client that vanished without a word."""
-    client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    client.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-    for name, value in (
-        ("TCP_KEEPIDLE", _GONE_AFTER_S // 3),
-        ("TCP_KEEPINTVL", _GONE_AFTER_S // 6),
-        ("TCP_KEEPCNT", 4),
-        ("TCP_USER_TIMEOUT", _GONE_AFTER_S * 1000),
-    ):
-        if hasattr(socket, name):
-            client.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)

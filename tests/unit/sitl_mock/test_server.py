@@ -157,10 +157,12 @@ def test_it_speaks_at_once_to_whom_it_is_told():
     async def scenario():
         client = Client()
         client.socket.bind(("127.0.0.1", 0))
-        async with serving(specs(f"udpout:127.0.0.1:{client.socket.getsockname()[1]}")):
-            return await client.receive("HEARTBEAT")
+        async with serving(specs(f"udpout:127.0.0.1:{client.socket.getsockname()[1]}")) as server:
+            return await client.receive("HEARTBEAT"), server.vehicles[0].links[0].address.host
 
-    assert asyncio.run(scenario()).get_srcSystem() == 1
+    said, host = asyncio.run(scenario())
+    assert said.get_srcSystem() == 1
+    assert host == "127.0.0.1", "who cannot reach the client need not reach the vehicle"
 
 
 def test_the_first_who_speaks_is_answered_in_place_of_whom_it_spoke_to():
