@@ -17,13 +17,18 @@ from tests.conformance.texts import Text, unmatched
 
 # What agreed when this was last written: exchanges that count, of the same outcome, the same in texts too.
 AGREED = {
-    "px4-v1.13.3-a": (10, 7, 6),
-    "px4-v1.13.3-c-reject": (11, 9, 8),
-    "px4-v1.13.3-d-actuator139": (17, 15, 12),
-    "px4-v1.16.2-a": (9, 7, 7),
+    "arducopter-4.7-a": (44, 44, 44),
+    "arducopter-4.7-b": (12, 12, 12),
+    "arducopter-4.7-c1": (39, 39, 39),
+    "arducopter-4.7-c2": (11, 11, 11),
+    "arducopter-4.7-c3": (12, 12, 12),
+    "px4-v1.13.3-a": (10, 10, 9),
+    "px4-v1.13.3-c-reject": (11, 11, 10),
+    "px4-v1.13.3-d-actuator139": (17, 17, 15),
+    "px4-v1.16.2-a": (9, 9, 9),
     "px4-v1.16.2-b": (8, 8, 7),
-    "px4-v1.16.2-c-reject": (10, 9, 8),
-    "px4-v1.16.2-c-stop": (9, 8, 7),
+    "px4-v1.16.2-c-reject": (10, 10, 9),
+    "px4-v1.16.2-c-stop": (9, 9, 8),
 }
 SAMPLE = "px4-v1.16.2-c-reject"
 FULL = Path(__file__).resolve().parents[3] / "shared" / "tlogs"
@@ -56,7 +61,7 @@ def test_what_agreed_still_agrees(name: str) -> None:
 
 
 def test_every_recording_is_held() -> None:
-    assert {path.name.removesuffix(".tlog.gz") for path in FOLDER.glob("px4*")} == set(AGREED)
+    assert {path.name.removesuffix(".tlog.gz") for path in FOLDER.iterdir()} == set(AGREED)
 
 
 def changed(name: str, kind: str, **fields: object) -> Comparison:
@@ -108,12 +113,14 @@ def test_a_text_matches_one_text_only() -> None:
     assert unmatched([said], [replace(said, at_us=600_000)]) == ([said], [replace(said, at_us=600_000)])
 
 
-@pytest.mark.parametrize("name", ["px4-v1.13.3-c-reject", "px4-v1.16.2-c-reject"])
+@pytest.mark.parametrize("name", ["arducopter-4.7-c1", "px4-v1.13.3-c-reject", "px4-v1.16.2-c-reject"])
 def test_kinds_and_rates_of_a_whole_recording(name: str) -> None:
     path = next((path for path in FULL.glob(f"{name}*.tlog") if is_recording(path)), None) if FULL.is_dir() else None
     if path is None:
         pytest.skip(f"needs the whole recording {name}.tlog in {FULL}")
     comparison = compare(read(path))
-    agree = sum(rate.agrees for rate in comparison.rates)
-    assert len(comparison.rates) >= 10
-    assert agree >= 0.9 * len(comparison.rates), [rate for rate in comparison.rates if not rate.agrees]
+    assert set(comparison.missing_kinds) <= {"COMMAND_LONG"}  # PX4 1.16 commands a gimbal when it lands
+    for agreeing in (comparison.rates, comparison.constants):
+        assert len(agreeing) >= 7
+        differing = [one for one in agreeing if not one.agrees]
+        assert len(differing) <= 0.1 * len(agreeing), differing
