@@ -6,6 +6,7 @@ Results and texts are ArduCopter's. That of a crash comes from its source, not f
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from mavquad.protocol.codec import mavlink
 from sitl_mock.geometry import ZERO3, Vec3, wrap_pi
@@ -71,6 +72,7 @@ class Copter:
         self.has_home = False
         self.armed_us = 0
         self._idle_since_us = 0
+        self._lift_us: int | None = None
         self._is_ready = False
         self._estimate: Estimate | None = None
 
@@ -279,15 +281,29 @@ class Copter:
         if not self.armed or since_s < motors.SPOOLED_S or self.ground.flipped_us is not None:
             return None
         if not self.landed:
-            return self.flight.demand(self.mode, estimate, self.home_ned_m, boot_us, dt_s)
+            demand = self.flight.demand(self.mode, estimate, self.home_ned_m, boot_us, dt_s)
+            return self._spooling(demand, boot_us)
         if not self.flight.wants_lift(self.mode, boot_us):
+            self._lift_us = None
             return None
         self._idle_since_us = boot_us
+        self._lift_us = boot_us if self._lift_us is None else self._lift_us
         demand = self.flight.demand(self.mode, estimate, self.home_ned_m, boot_us, dt_s)
         if not self.flight.is_taking_off(self.mode):
-            return Demand(demand.attitude, min(demand.thrust_norm, motors.allowed_thrust(since_s)), False)
+            self.ground.leave()
+            return self._spooling(replace(demand, is_position_control=False), boot_us)
+        self._lift_us = None
         self.flight.navigator.start(estimate)
         self.flight.navigator.reset()
         asked_s = (self.flight.takeoff_us - self.armed_us) / 1e6
         from_s = max(motors.SPOOLED_S + _TAKEOFF_WAITS_S, asked_s + _SPOOL_UP_S)
         return Demand(demand.attitude, _TAKEOFF_SLEW_PER_S * (since_s - from_s)) if since_s > from_s else None
+
+    def _spooling(self, demand: Demand, boot_us: int) -> Demand:
+        """The demand with no more thrust than motors give that have begun to lift a moment ago."""
+        if self._lift_us is None:
+            return demand
+        allowed = motors.allowed_thrust((boot_us - self._lift_us) / 1e6)
+        if allowed >= 1.0:
+            self._lift_us = None
+        return replace(demand, thrust_norm=min(demand.thrust_norm, allowed))

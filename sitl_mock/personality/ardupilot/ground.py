@@ -58,6 +58,10 @@ class Ground:
         self.landed, self.landed_us = True, boot_us
         return True
 
+    def leave(self) -> None:
+        """Thrust is given: it no longer counts as landed, whether it has left the ground or not."""
+        self.landed = False
+
     def flown_us(self, boot_us: int) -> int:
         """How long it has been in the air since boot, all flights together."""
         return self._flown_us + (0 if self._air_us is None else boot_us - self._air_us)

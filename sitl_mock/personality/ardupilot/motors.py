@@ -56,9 +56,9 @@ def commands(vehicle: VehicleParams, shares: Vec4) -> Vec4:
     return (a, b, c, d)
 
 
-def allowed_thrust(since_armed_s: float) -> float:
-    """The most thrust that the spooling motors give, 0 to 1."""
-    return max(0.0, min(1.0, (since_armed_s - SPOOLED_S) / _THRUST_RAMP_S))
+def allowed_thrust(since_s: float) -> float:
+    """The most thrust, 0 to 1, of idling motors that have begun to lift so long ago."""
+    return max(0.0, min(1.0, since_s / _THRUST_RAMP_S))
 
 
 def idle_pwm(since_armed_s: float) -> int:

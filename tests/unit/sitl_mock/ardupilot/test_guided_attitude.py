@@ -146,6 +146,22 @@ def test_takeoff_without_a_command(copter):
     assert climbing.truth.position_ned_m[2] < -0.5
 
 
+def test_lift_off_takes_a_moment_and_little_thrust_counts_as_flying(copter):
+    """0.26 s after a thrust of 0.55; at 0.2 the vehicle stays down but landed_state says "in air"."""
+    vehicle = copter().arm().run(3.0)
+    vehicle.set("GUID_OPTIONS", 8)
+    sent_us = vehicle.now_us
+    while vehicle.truth.position_ned_m[2] > -0.001:
+        vehicle.rates(thrust=0.55)
+        vehicle.run(0.01)
+    assert (vehicle.now_us - sent_us) / 1e6 == pytest.approx(0.26, abs=0.08)
+    standing = copter().arm().run(3.0)
+    standing.set("GUID_OPTIONS", 8)
+    standing.stream(lambda v: v.rates(thrust=0.2), 1.0)
+    assert standing.truth.position_ned_m[2] == 0.0
+    assert not standing.truth.landed
+
+
 def test_a_setpoint_of_before_arming_stays_latched(copter):
     vehicle = copter().run(1.1)
     vehicle.mode(4)
