@@ -15,7 +15,7 @@ from mavquad.analysis.metrics import LEFT_OUT_S
 from mavquad.cli.display import Display
 from mavquad.cli.flight import Flight, default_run_dir, load_config
 from mavquad.config import Override
-from mavquad.drivers.lockstep import START_US, Lockstep
+from mavquad.drivers.lockstep import START_US, Lockstep, without_collector
 from mavquad.flight.machine import Phase
 from mavquad.frames import ned_from_nwu
 from mavquad.types import Vec3
@@ -35,7 +35,7 @@ def sim(path: Path | None, overrides: list[Override], run_dir: Path | None, as_j
         started = time.perf_counter()
         lockstep = Lockstep(agent, far, flight.folder)
         truth = _Truth(mock)
-        with Display(quiet=as_json) as display, _notices_ctrl_c() as interrupted:
+        with Display(quiet=as_json) as display, _notices_ctrl_c() as interrupted, without_collector():
             while not agent.done and lockstep.now_us < START_US + LIMIT_S * 1e6:
                 if interrupted and not agent.interrupted:
                     lockstep.command("stop", agent.stop)
