@@ -170,10 +170,9 @@ class Flight:
         if isinstance(self.setpoint, AttitudeSetpoint):
             return self._attitude(self.setpoint, estimate, boot_us, dt_s)
         setpoint = self.setpoint or KinematicSetpoint(position_ned_m=self._hold_ned_m)
-        if setpoint.position_ned_m is None and self._has_timed_out(boot_us):
-            setpoint = KinematicSetpoint(velocity_ned_m_s=ZERO3)
-        elif setpoint.velocity_ned_m_s is not None and self._has_timed_out(boot_us):
-            setpoint = KinematicSetpoint(position_ned_m=setpoint.position_ned_m, yaw_rad=setpoint.yaw_rad)
+        if setpoint.moves and self._has_timed_out(boot_us):
+            place = setpoint.position_ned_m
+            setpoint = KinematicSetpoint(place, ZERO3 if place is None else None, yaw_rad=setpoint.yaw_rad)
         self.navigator.follow(setpoint, dt_s)
         self._head(setpoint, dt_s)
         return Demand(*self.navigator.control(estimate, dt_s))

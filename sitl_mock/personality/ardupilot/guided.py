@@ -44,6 +44,11 @@ class KinematicSetpoint:
     yaw_rad: float | None = None
     yaw_rate_rad_s: float | None = None
 
+    @property
+    def moves(self) -> bool:
+        """Whether it is good for GUID_TIMEOUT alone; a position is kept for ever."""
+        return self.velocity_ned_m_s is not None or self.acceleration_ned_m_s2 is not None
+
 
 @dataclass(frozen=True, slots=True)
 class Rejected:

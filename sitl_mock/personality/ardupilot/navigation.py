@@ -205,9 +205,6 @@ class Navigator:
 
     def level(self, estimate: Estimate, dt_s: float) -> tuple[AttitudeInput, float]:
         """The same with the vehicle level: the height is kept, what happens sideways is not looked at."""
-        here_n, here_e, _ = estimate.position_ned_m
-        self.target_ned_m = (here_n, here_e, self.target_ned_m[2])
-        self.velocity_ned_m_s = (*estimate.velocity_ned_m_s[:2], self.velocity_ned_m_s[2])
         _, thrust = self.control(estimate, dt_s)
         self._loops = inner_loops.LoopState((0.0, 0.0, self._loops.velocity_integral_m_s2[2]))
         return AttitudeInput(self._level(), (0.0, 0.0, self._yaw_rate_rad_s)), thrust

@@ -183,6 +183,18 @@ def test_it_is_ignored_in_other_modes(copter, number):
     assert vehicle.truth.landed
 
 
+def test_it_does_not_end_a_takeoff_in_loiter(copter):
+    vehicle = copter().run(1.1)
+    vehicle.mode(5)
+    vehicle.command(400, 1)
+    assert vehicle.command(22, 0, 0, 0, 0, 0, 0, 6) == [0]
+    heights = []
+    for _ in range(12):
+        vehicle.stream(lambda v: v.rates(thrust=0.5), 1.0, hz=10)
+        heights.append(-vehicle.truth.position_ned_m[2])
+    assert max(heights) > 5.5
+
+
 def test_another_system_is_ignored_and_another_component_is_not(copter):
     vehicle = thrusting(copter)
     for system, component, turns in ((2, 1, False), (1, 190, True), (1, 0, True)):

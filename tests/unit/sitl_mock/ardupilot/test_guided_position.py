@@ -50,6 +50,13 @@ def test_an_acceleration_is_flown(copter):
     assert vehicle.truth.velocity_ned_m_s[0] == pytest.approx(1.5, abs=0.3)
 
 
+def test_an_acceleration_ends_with_the_timeout(copter):
+    vehicle = copter().hover()
+    vehicle.stream(lambda v: v.local(ACCELERATION, acceleration=(0.5, 0.0, 0.0)), 2.0)
+    assert vehicle.run(2.9).truth.velocity_ned_m_s[0] > 2.0
+    assert abs(vehicle.run(4.0).truth.velocity_ned_m_s[0]) < 0.25
+
+
 def test_position_with_velocity(copter):
     vehicle = copter().hover()
     start_us = vehicle.now_us

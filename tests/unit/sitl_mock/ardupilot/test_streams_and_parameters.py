@@ -183,6 +183,14 @@ def test_reading_one(copter):
     assert read(vehicle, "", 5000) == (0, [])
 
 
+def test_an_answer_takes_a_tenth_of_a_second(copter):
+    vehicle = copter().run(1.1)
+    vehicle.forget()
+    vehicle.send(mavlink.MAVLink_param_request_read_message(1, 1, b"GUID_OPTIONS", -1))
+    assert not vehicle.run(0.08).messages("PARAM_VALUE")
+    assert vehicle.run(0.03).messages("PARAM_VALUE")
+
+
 def test_setting_one(copter):
     vehicle = copter().run(1.1)
     (echo,) = [m for m in vehicle.set("GUID_OPTIONS", 8.0) if m.get_type() == "PARAM_VALUE"]
