@@ -16,7 +16,7 @@ FLIGHTS = {
     "px4": [
         ("param set MIS_TAKEOFF_ALT 4", ""),
         ("?param show MIS_TAKEOFF_ALT", r"MIS_TAKEOFF_ALT +4\.0"),
-        ("?arm throttle", r"^(\S+> )?ARMED"),
+        ("?arm throttle", r"^(\S+> )*ARMED"),
         ("takeoff 4", r"Mode TAKEOFF"),
         ("", r"Mode LOITER"),
         ("?status HEARTBEAT", r"HEARTBEAT \{.*base_mode : 157"),
@@ -28,7 +28,7 @@ FLIGHTS = {
         ("?param show WPNAV_SPEED_UP", r"WPNAV_SPEED_UP +300\.0"),
         ("mode guided", r"Mode GUIDED"),
         ("<", r"using GPS"),
-        ("?arm throttle", r"^(\S+> )?ARMED"),
+        ("?arm throttle", r"^(\S+> )*ARMED"),
         ("takeoff 5", r"NAV_TAKEOFF: ACCEPTED"),
         ("?status HEARTBEAT", r"HEARTBEAT \{.*custom_mode : 4"),
         ("mode land", r"DISARMED"),
@@ -44,8 +44,8 @@ def main():
         [sys.executable, str(script), *options, "--default-modules", MODULES],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1, cwd=folder,
     )  # fmt: skip
+    listener = Listener(process)
     try:
-        listener = Listener(process)
         seen = {"parameters": int(listener.wait_for(r"Received (\d+) parameters")[1])}
         for typed, answer in FLIGHTS[autopilot]:
             if typed == "<" and listener.has_said(answer):
@@ -56,7 +56,7 @@ def main():
         seen["tlogs"] = [str(path) for path in Path(folder).rglob("*.tlog")]
     finally:
         process.kill()
-        process.wait()
+        listener.close()
     print(json.dumps(seen))
 
 
@@ -67,13 +67,19 @@ class Listener:
         self._process = process
         self._lines = queue.Queue()
         self._said = ""
-        threading.Thread(target=self._read, daemon=True).start()
+        self._reader = threading.Thread(target=self._read)
+        self._reader.start()
 
     def _read(self):
         for line in self._process.stdout:
             print(line, end="", flush=True)
             self._said += line
             self._lines.put(line)
+
+    def close(self):
+        """Nothing more is printed after this."""
+        self._reader.join()
+        self._process.wait()
 
     def has_said(self, pattern):
         return re.search(pattern, self._said) is not None
