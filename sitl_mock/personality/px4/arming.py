@@ -48,9 +48,7 @@ class Arming:
         self._ground.has_flown = False
 
     def disarms_itself(self, settings: Settings, boot_us: int) -> str:
-        """By what it is disarmed now; empty: by nothing. A time of zero or less is never."""
-        if not (self.armed and self._ground.landed):
-            return ""
+        """By what it is disarmed on the ground now; empty: by nothing. A time of zero or less is never."""
         if self._ground.has_flown:
             after_s, since_us, reason = settings.com_disarm_land, self._ground.landed_us, "landing"
         else:

@@ -13,6 +13,7 @@ from sitl_mock.geometry import ZERO3, Vec3
 from sitl_mock.inner_loops import PositionSetpoint, Setpoint, TorqueSetpoint
 from sitl_mock.personality.params import ParameterServer
 from sitl_mock.personality.px4.arming import Arming
+from sitl_mock.personality.px4.command import Params
 from sitl_mock.personality.px4.failsafe import Failsafe, Situation, battery_level
 from sitl_mock.personality.px4.failsafe_1_13 import Failsafe113
 from sitl_mock.personality.px4.failsafe_1_14 import Failsafe114
@@ -45,7 +46,10 @@ _OVERRIDES_AUTO, _OVERRIDES_OFFBOARD = 1, 2
 
 
 class Commander:
-    """Armed or not, which mode, landed or not. `texts` collects (severity, STATUSTEXT) until they are sent."""
+    """Armed or not, which mode, landed or not.
+
+    `texts` collects (severity, STATUSTEXT) until they are sent, `broadcasts` commands to other components.
+    """
 
     def __init__(
         self,
@@ -62,6 +66,7 @@ class Commander:
         self._params = params
         self._offboard = offboard
         self.texts: list[tuple[int, str]] = []
+        self.broadcasts: list[tuple[int, Params]] = []
         self.settings = Settings.read(params)
         self.ground = LandingDetector(hover_thrust_norm)
         self._arming = Arming(self.is_113, self.ground, ready_us)
@@ -102,7 +107,8 @@ class Commander:
 
     def is_ready(self, boot_us: int) -> bool:
         """Whether the preflight checks pass (SYS_STATUS PREARM_CHECK); they run while disarmed."""
-        return self._arming.is_ready(self.mode, self._can_arm_in(self.intended, boot_us), boot_us)
+        can_run = self.armed or self._can_arm_in(self.intended, boot_us)
+        return self._arming.is_ready(self.mode, can_run, boot_us)
 
     def is_torque_control(self) -> bool:
         """Whether SET_ACTUATOR_CONTROL_TARGET is in force, past the attitude and the rate controller."""
@@ -235,27 +241,29 @@ class Commander:
     def step(self, truth: VehicleState, estimate: Estimate, thrust_norm: float, boot_us: int) -> None:
         """Watch the ground, the links and the ends of the modes; `thrust_norm` is the thrust in force."""
         self._truth, self._estimate = truth, estimate
-        was_crashed = self.crashed
-        text = self.ground.step(truth, self.armed, thrust_norm, boot_us)
+        arming, ground = self._arming, self.ground
+        was_crashed = ground.crashed
+        text = ground.step(truth, arming.armed, thrust_norm, boot_us)
         if text:
             self.say(INFO, text)
-        if self.crashed and not was_crashed:
+        if ground.crashed and not was_crashed:
             self._crash()
         self.links.step(self.settings, boot_us)
         if not self.links.has_sticks:
             self.guidance.sticks = None
-        reason = self._arming.disarms_itself(self.settings, boot_us) if self.armed else ""
-        if reason:
-            self._disarm(f"Disarmed by {reason}")
+        if arming.armed and ground.landed:
+            reason = arming.disarms_itself(self.settings, boot_us)
+            if reason:
+                self._disarm(f"Disarmed by {reason}")
         self._weighs_now = not self._weighs_now
-        if self._weighs_now and (self.armed or self.failsafe or self.mode is Mode.OFFBOARD):
+        if self._weighs_now and (arming.armed or self.failsafe or self.mode is Mode.OFFBOARD):
             self._weigh(boot_us)
-        if self.armed:
+        if arming.armed:
             self._end_mode(boot_us)
 
     def setpoint(self, boot_us: int, dt_s: float) -> Setpoint:
         """What the inner loops are to follow until the next tick."""
-        if not self.armed or self.terminated:
+        if not self._arming.armed or self.terminated:
             return IDLE
         if self.mode is not Mode.OFFBOARD:
             return self.guidance.setpoint(self.view(boot_us, dt_s))
@@ -298,9 +306,9 @@ class Commander:
         """What comes after a takeoff, and what a mission asks for."""
         if self.mode in (Mode.TAKEOFF, Mode.VTOL_TAKEOFF) and self.guidance.takeoff.done:
             self.mode = self.intended = self._after_flight = Mode.LOITER
-            view = self.view(boot_us)
+            view, takeoff = self.view(boot_us), self.guidance.takeoff
             self.guidance.enter(Mode.LOITER, view)
-            self.guidance.hold.go_to(self.guidance.takeoff.target_ned_m, view.estimate.euler_rad[2], view)
+            self.guidance.hold.go_to(takeoff.target_ned_m, takeoff.target_yaw_rad, view)
         elif self.mode is Mode.MISSION:
             mission = self.guidance.mission
             if mission.home_ned_m is not None:

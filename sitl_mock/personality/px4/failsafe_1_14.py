@@ -99,7 +99,8 @@ class Failsafe114:
             return Decision(now.intended, now.intended)
         self._collect(now)
         action = self._worst(now)
-        if action > Action.HOLD and self._hold_until_us is not None and now.boot_us < self._hold_until_us:
+        may_wait = action in (Action.RTL, Action.LAND)
+        if may_wait and self._hold_until_us is not None and now.boot_us < self._hold_until_us:
             action = Action.HOLD
         self._announce(action, now)
         self._terminated = self._terminated or action is Action.TERMINATE

@@ -15,6 +15,7 @@ from sitl_mock.personality.px4.command import (
     TEMPORARILY_REJECTED,
     Command,
     Handler,
+    Params,
 )
 from sitl_mock.personality.px4.commander import Commander
 from sitl_mock.personality.px4.modes import Mode, UnsupportedAutoModeError, mode_of, mode_of_base
@@ -23,6 +24,13 @@ _FORCE = 21196
 _NAV_PRECLAND: int = mavlink.MAV_CMD_NAV_LAND_LOCAL
 _CUSTOM_MODE_FLAG = 1
 _GROUND_STATION_COMPONENT = mavlink.MAV_COMP_ID_MISSIONPLANNER
+_NAN = math.nan
+_GIMBAL_LET_GO: tuple[tuple[int, Params], ...] = (
+    (mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE, (1.0, 1.0, -1.0, -1.0, 0.0, 0.0, 0.0)),
+    (mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW, (_NAN, _NAN, _NAN, _NAN, 2.0, 0.0, 0.0)),
+    (mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE, (-3.0, -3.0, -1.0, -1.0, 0.0, 0.0, 0.0)),
+)
+"""What 1.16 was recorded to say to whoever hears it when it begins to land: the gimbal is put level and let go."""
 
 
 class FlightCommands:
@@ -121,8 +129,11 @@ class FlightCommands:
         return self._request(mode, command)
 
     def _land(self, command: Command) -> list[int]:
+        commander = self._commander
+        if commander.firmware == "1.16" and not commander.landed:
+            commander.broadcasts += _GIMBAL_LET_GO
         result = self._request(Mode.LAND, command)
-        self._commander.say(INFO, "Landing at current position")
+        commander.say(INFO, "Landing at current position")
         return [result]
 
     def _land_precisely(self, command: Command) -> list[int]:

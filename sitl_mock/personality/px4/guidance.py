@@ -46,23 +46,26 @@ class Guidance:
             Mode.MISSION: self.mission,
         }
         self._mode = Mode.LOITER
+        self._is_manual = False
         self._flying: FlightMode = self.hold
 
     def enter(self, mode: Mode, view: View) -> None:
         """Fly this mode from here on."""
-        self._mode = mode
+        self._mode, self._is_manual = mode, mode.needs_sticks
         self._manual.mode = mode
         self._flying = self._flight_mode()
+        if self._flying is not self.takeoff:
+            self.takeoff.aim_nowhere()
         self._flying.enter(view)
 
     def _flight_mode(self) -> FlightMode:
-        if not self._mode.needs_sticks:
+        if not self._is_manual:
             return self._by_mode.get(self._mode, self.hold)
         return self._sinking if self.sticks is None else self._manual
 
     def setpoint(self, view: View) -> Setpoint:
         """What the mode asks of the inner loops now."""
-        if self._mode.needs_sticks:
+        if self._is_manual:
             if self.sticks is not None:
                 self._manual.sticks = self.sticks
             if self._flying is not self._flight_mode():

@@ -75,7 +75,7 @@ class Manual:
             return AttitudeSetpoint(self._leaning(view), self._thrust())
         if self.mode is Mode.ACRO:
             return self._rates(view)
-        if not self._has_left:
+        if not self._has_left or (view.on_ground and self.sticks.throttle < _DEADZONE):
             return IDLE
         return self._altitude(view) if self.mode is Mode.ALTCTL else self._position(view)
 
@@ -110,9 +110,12 @@ class Manual:
         )
 
     def _climb(self, view: View) -> float:
-        """Speed downwards."""
-        throttle = _without_deadzone(self.sticks.throttle)
-        return -throttle * (view.settings.mpc_z_vel_max_up if throttle > 0 else view.settings.mpc_z_vel_max_dn)
+        """Speed downwards; near the ground that of a landing."""
+        throttle, settings = _without_deadzone(self.sticks.throttle), view.settings
+        if throttle > 0:
+            return -throttle * settings.mpc_z_vel_max_up
+        is_low = view.height_m < settings.mpc_land_alt2
+        return -throttle * (settings.mpc_land_speed if is_low else settings.mpc_z_vel_max_dn)
 
     def _position(self, view: View) -> PositionSetpoint:
         settings = view.settings

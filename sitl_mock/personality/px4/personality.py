@@ -150,7 +150,8 @@ class Px4:
             return
         for value in self._params.answer(message, port, boot_us):
             port.send(value)
-        self._reads_parameters |= message.get_type() == "PARAM_SET"
+        if message.get_type() == "PARAM_SET":
+            self._read_parameters()
 
     def _take_setpoint(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
         if not self._is_for_us(message, allow_broadcast=True):
@@ -187,9 +188,7 @@ class Px4:
         """One tick of commander and inner loops; the motor commands until the next one."""
         self._estimate, self._boot_us = estimate, boot_us
         if self._reads_parameters:
-            self._reads_parameters = False
-            self.commander.reread_parameters()
-            self._gains = self._read_gains()
+            self._read_parameters()
         self.commander.step(truth, estimate, self._controls.thrust_norm, boot_us)
         if not self.commander.armed or self.commander.terminated:
             self._loops = inner_loops.LoopState(attitude_target=estimate.quaternion)
@@ -213,8 +212,21 @@ class Px4:
         self._reporter.report(boot_us, partial(self._picture, boot_us))
         self._params.send_due(boot_us)
         self._missions.step(boot_us)
+        if self.commander.broadcasts:
+            self._broadcast()
         self._mission_reports.step(self.commander.mode is Mode.MISSION, boot_us)
         self._texts.send(boot_us)
+
+    def _broadcast(self) -> None:
+        for command, params in self.commander.broadcasts:
+            for port in self._ports:
+                port.send(mavlink.MAVLink_command_long_message(self._config.system_id, 0, command, 0, *params))
+        self.commander.broadcasts.clear()
+
+    def _read_parameters(self) -> None:
+        self._reads_parameters = False
+        self.commander.reread_parameters()
+        self._gains = self._read_gains()
 
     def _read_gains(self) -> inner_loops.Gains:
         """The inner loops' gains and limits, as the parameters have them."""

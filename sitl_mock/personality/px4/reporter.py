@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from mavquad.protocol.codec import Message, mavlink
 from sitl_mock.config import Px4Release
 from sitl_mock.config.streams import StreamsConfig
-from sitl_mock.personality.px4.picture import Picture
+from sitl_mock.personality.px4.picture import Picture, int32
 from sitl_mock.personality.px4.rates import Topic, streams_of, topics_us
 from sitl_mock.personality.px4.telemetry import BUILDERS, ON_REQUEST
 from sitl_mock.port import Port
@@ -59,7 +59,7 @@ class Reporter:
 
     def send_interval(self, port: Port, message_id: int) -> None:
         """MESSAGE_INTERVAL of a stream."""
-        interval_us = self._streams[port].interval_us(message_id)
+        interval_us = int32(self._streams[port].interval_us(message_id))
         port.send(mavlink.MAVLink_message_interval_message(message_id, interval_us))
 
     def set_interval(self, port: Port, message_id: int, interval_us: float, boot_us: int) -> bool:

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from sitl_mock.geometry import ZERO3, Vec3, wrap_pi
 from sitl_mock.inner_loops import PositionSetpoint
 
-_VERTICAL_ACCELERATION_M_S2 = 1.5
-_BRAKING_SHARE = 0.7
+_BRAKING_SHARE = 0.6
 """Part of the acceleration that braking is planned with; the rest keeps it on time."""
 _THERE_M = 0.01
 _STOPPING_S = 0.5
@@ -21,13 +20,14 @@ _STOPPING_S = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """Speeds in m/s, acceleration in m/s^2, yaw rate in rad/s."""
+    """Speeds in m/s, accelerations in m/s^2 (the one along the earth, the one up and down), yaw rate in rad/s."""
 
     cruise_m_s: float
     climb_m_s: float
     sink_m_s: float
     acceleration_m_s2: float
     yaw_rate_rad_s: float
+    vertical_m_s2: float = 1.5
 
 
 class Route:
@@ -101,8 +101,8 @@ def _vertical(d: float, vd: float, target: float, pace: Pace, dt_s: float) -> tu
     if abs(left_m) < _THERE_M and abs(vd) < 0.1:
         return target, 0.0
     limit = pace.sink_m_s if left_m > 0 else pace.climb_m_s
-    speed = min(limit, math.sqrt(2 * _BRAKING_SHARE * _VERTICAL_ACCELERATION_M_S2 * abs(left_m)))
+    speed = min(limit, math.sqrt(2 * _BRAKING_SHARE * pace.vertical_m_s2 * abs(left_m)))
     change = math.copysign(speed, left_m) - vd
-    most = _VERTICAL_ACCELERATION_M_S2 * dt_s
+    most = pace.vertical_m_s2 * dt_s
     vd += max(-most, min(most, change))
     return d + vd * dt_s, vd

@@ -1,7 +1,8 @@
 """AUTO.TAKEOFF: the rotors spool up, the thrust rises until it lifts off, then it climbs; timed as recorded.
 
-Recorded on 1.13.3 and 1.16.2: 1 s after arming the thrust begins to rise, for 3 s (MPC_TKO_RAMP_T) until it carries
-the weight; then the climb gains 1 m/s^2 up to MPC_TKO_SPEED. It is over within NAV_MC_ALT_RAD of the height.
+Recorded on 1.13.3 and 1.16.2: 1 s after arming the thrust begins to rise, for 3 s (MPC_TKO_RAMP_T) until it carries the
+weight; then the climb gains 0.7 m/s^2 up to MPC_TKO_SPEED, and brakes with 0.4 m/s^2. It is over within NAV_MC_ALT_RAD of
+the height.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from sitl_mock.personality.px4.route import Pace, Route
 from sitl_mock.personality.px4.view import IDLE, View
 
 _SPOOL_UP_US = 1_000_000
+_CLIMB_M_S2 = 0.7
 
 
 class Takeoff:
@@ -24,7 +26,7 @@ class Takeoff:
         self._route = Route()
         self._ramp_s = 0.0
         self._has_left = False
-        self._to_ned_m: Vec3 = (math.nan, math.nan, 0.0)
+        self._to_ned_m: Vec3 | None = None
         self._yaw_rad = math.nan
         self.done = False
 
@@ -32,10 +34,19 @@ class Takeoff:
         """Where the next takeoff goes; NaN: straight up, with the heading that it has."""
         self._to_ned_m, self._yaw_rad = to_ned_m, yaw_rad
 
+    def aim_nowhere(self) -> None:
+        """The next takeoff goes straight up by MIS_TAKEOFF_ALT, unless it is told otherwise."""
+        self._to_ned_m, self._yaw_rad = None, math.nan
+
     @property
     def target_ned_m(self) -> Vec3:
         """Where it ends."""
         return self._route.target_ned_m
+
+    @property
+    def target_yaw_rad(self) -> float:
+        """The heading that it turns to."""
+        return self._route.target_yaw_rad
 
     def enter(self, view: View) -> None:
         """Begin the takeoff."""
@@ -61,6 +72,7 @@ class Takeoff:
             settings.mpc_z_v_auto_dn,
             settings.mpc_acc_hor,
             math.radians(settings.mpc_yawrauto_max),
+            _CLIMB_M_S2,
         )
         # the height alone counts, as with PX4
         self.done = view.estimate.position_ned_m[2] - self._route.target_ned_m[2] < settings.nav_mc_alt_rad
@@ -75,7 +87,8 @@ class Takeoff:
         estimate = view.estimate
         self._route.start(estimate.position_ned_m, estimate.velocity_ned_m_s, estimate.euler_rad[2])
         n, e, _ = estimate.position_ned_m
-        tn, te, td = self._to_ned_m
+        up = (math.nan, math.nan, view.home_ned_m[2] - view.settings.mis_takeoff_alt)
+        tn, te, td = self._to_ned_m or up
         self._route.target_ned_m = (n if math.isnan(tn) else tn, e if math.isnan(te) else te, td)
         if not math.isnan(self._yaw_rad):
             self._route.target_yaw_rad = wrap_pi(self._yaw_rad)

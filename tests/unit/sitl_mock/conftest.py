@@ -74,7 +74,14 @@ class Pilot:
         self.frames = []
 
     def texts(self):
-        return [message.text.strip() for message in self.messages("STATUSTEXT")]
+        """Every STATUSTEXT since `forget`, its chunks put together."""
+        whole = []
+        for message in self.messages("STATUSTEXT"):
+            if message.chunk_seq:
+                whole[-1] += message.text
+            else:
+                whole.append(message.text)
+        return [text.strip() for text in whole]
 
     def heartbeat(self):
         self.send(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))

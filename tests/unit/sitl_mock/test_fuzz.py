@@ -21,12 +21,23 @@ HANDLED = (
     "COMMAND_INT",
     "COMMAND_LONG",
     "HEARTBEAT",
+    "MANUAL_CONTROL",
+    "MISSION_ACK",
+    "MISSION_CLEAR_ALL",
+    "MISSION_COUNT",
+    "MISSION_ITEM",
+    "MISSION_ITEM_INT",
+    "MISSION_REQUEST",
+    "MISSION_REQUEST_INT",
+    "MISSION_REQUEST_LIST",
+    "MISSION_SET_CURRENT",
     "PARAM_REQUEST_LIST",
     "PARAM_REQUEST_READ",
     "PARAM_SET",
     "SET_ACTUATOR_CONTROL_TARGET",
     "SET_ATTITUDE_TARGET",
     "SET_MODE",
+    "SET_POSITION_TARGET_GLOBAL_INT",
     "SET_POSITION_TARGET_LOCAL_NED",
     "TIMESYNC",
 )
@@ -49,8 +60,13 @@ INTEGERS = {
 LIKELY = {
     "target_system": [1],
     "target_component": [1],
-    "command": [20, 21, 22, 176, 400, 511, 512, 520],
-    "coordinate_frame": [1, 8],
+    "command": [16, 19, 20, 21, 22, 34, 84, 93, 176, 177, 178, 179, 185, 192, 300, 400, 510, 511, 512, 520],
+    "coordinate_frame": [0, 1, 3, 5, 6, 8],
+    "frame": [2, 3, 6],
+    "mission_type": [0],
+    "count": [1, 2],
+    "seq": [0, 1],
+    "target": [1],
     "group_mlx": [0],
     "custom_mode": [6 << 16, 4 << 16 | 2 << 24, 4 << 16 | 6 << 24, 3 << 16],
     "param_index": [-2, -1, 0, len(NAMES) - 1, len(NAMES)],
@@ -118,7 +134,12 @@ def test_no_message_ends_the_mock(pilot, firmware, in_flight, messages):
 @given(
     setpoints=st.lists(
         st.sampled_from(
-            ["SET_ACTUATOR_CONTROL_TARGET", "SET_ATTITUDE_TARGET", "SET_POSITION_TARGET_LOCAL_NED"]
+            [
+                "SET_ACTUATOR_CONTROL_TARGET",
+                "SET_ATTITUDE_TARGET",
+                "SET_POSITION_TARGET_GLOBAL_INT",
+                "SET_POSITION_TARGET_LOCAL_NED",
+            ]
         ).flatmap(lambda name: message_of(CLASSES[name])),
         min_size=1,
         max_size=10,
