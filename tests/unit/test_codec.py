@@ -11,6 +11,7 @@ from mavquad.errors import InternalError
 from mavquad.protocol import codec
 from mavquad.protocol.codec import Encoder, Framer, mavlink
 from mavquad.protocol.codec import framer as framer_module
+from mavquad.protocol.codec.frame import is_one_frame
 
 FLOATS = st.floats(width=32)
 NAMES = st.binary(max_size=50).map(lambda text: text.replace(b"\0", b"."))
@@ -74,6 +75,25 @@ def test_one_flipped_bit_is_noticed_or_changes_the_length(frame, data):
     damaged = bytearray(frame)
     damaged[position] ^= 1 << data.draw(st.integers(0, 7))
     assert codec.frame_length(damaged, 0) != len(frame) or not codec.is_valid(bytes(damaged))
+
+
+DATAGRAMS = st.one_of(
+    FRAMES,
+    st.builds(bytes.__add__, FRAMES, st.binary(max_size=3)),
+    st.builds(lambda frame, kept: frame[: kept % (len(frame) + 1)], FRAMES, st.integers(0, 300)),
+    st.binary(max_size=20),
+    st.builds(bytes.__add__, st.sampled_from([b"\xfd\x00\x00", b"\xfe\x00", b"\xfd\x00\x02"]), st.binary(max_size=12)),
+)
+
+
+@given(DATAGRAMS, st.data())
+def test_a_datagram_that_is_one_frame_is_told_by_its_length_and_its_crc(datagram, data):
+    changed = bytearray(datagram)
+    if changed and data.draw(st.booleans()):
+        changed[data.draw(st.integers(0, len(changed) - 1))] ^= 1 << data.draw(st.integers(0, 7))
+    datagram = bytes(changed)
+    is_whole = len(datagram) >= 8 and codec.frame_length(datagram, 0) == len(datagram)
+    assert is_one_frame(datagram) is (is_whole and codec.is_valid(datagram))
 
 
 def test_an_incompatible_flag_other_than_signed_starts_no_frame():

@@ -24,9 +24,6 @@ from mavquad.protocol.codec.frame import (
     is_signed,
 )
 
-_OWN_DEFAULT = "mavlink_version"
-"""Not an extension, though pymavlink's constructor has a default for it as for those."""
-
 
 class Layout(NamedTuple):
     """One kind of message."""
@@ -127,8 +124,7 @@ def _fields(kind: type[Message]) -> Iterator[tuple[str, int, bool]]:
 
 def _base_size(kind: type[Message]) -> int:
     """Extension fields are the last ones on the wire; pymavlink's constructors have defaults for them alone."""
-    defaults = kind.__init__.__defaults__ or ()
-    extensions = len(defaults) - (_OWN_DEFAULT in kind.fieldnames)
+    extensions = len(kind.__init__.__defaults__ or ())
     tokens = re.findall(r"\d*[a-zA-Z]", kind.unpacker.format)
     return struct.calcsize("<" + "".join(tokens[: len(tokens) - extensions]))
 

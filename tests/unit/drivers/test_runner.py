@@ -160,3 +160,33 @@ def test_it_works_without_a_recorder():
 def test_the_start_is_on_the_grid(start_us):
     _, notebook, _, _ = run(start_us=start_us)
     assert notebook.lines == [(START_US, "start")]
+
+
+class Alarm(Clockwork):
+    """A frame, or a command, sets its deadline to 100 us later."""
+
+    def receive(self, data, now_us):
+        super().receive(data, now_us)
+        self._next_us = now_us + 100
+
+    def on_deadline(self, now_us):
+        super().on_deadline(now_us)
+        self._next_us = NEVER_US
+
+    def stop(self, now_us):
+        super().stop(now_us)
+        self._next_us = now_us + 100
+
+
+@pytest.mark.parametrize("by_frame", [True, False])
+def test_a_deadline_that_an_input_sets_is_kept(by_frame):
+    sent, endpoint = [], Alarm()
+    runner = Runner(endpoint, START_US, lambda stamp_us, data: sent.append((stamp_us, data)))
+    if by_frame:
+        runner.frame(FRAMES[0], START_US + 1000)
+    else:
+        runner.command("stop", endpoint.stop, START_US + 1000)
+    assert runner.deadline_us == START_US + 1100
+    runner.advance(START_US + 5000)
+    assert sent[1:] == [(START_US + 1100, b"tick")]
+    assert runner.deadline_us == NEVER_US
