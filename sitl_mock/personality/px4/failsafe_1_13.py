@@ -158,8 +158,11 @@ def _loss(now: Situation, intended: Mode) -> tuple[str, Mode | int, float]:
     if not now.has_ground_station and settings.nav_dll_act > 0:
         return "no datalink", settings.nav_dll_act, 0.0
     excepted = {Mode.MISSION: _EXCEPT_MISSION, Mode.ORBIT: 0}.get(intended, _EXCEPT_HOLD)
-    if now.has_sticks or settings.com_rcl_except & excepted:
+    if now.has_sticks:
         return "", 0, 0.0
+    if settings.com_rcl_except & excepted:
+        is_left_alone = intended is Mode.MISSION and now.mission_is_over and not now.has_ground_station
+        return ("no RC and no datalink", 2, 0.0) if is_left_alone else ("", 0, 0.0)
     if now.had_sticks and intended is not Mode.ORBIT:
         return _NO_RC, settings.nav_rcl_act, settings.com_rcl_act_t
     if not now.has_ground_station:

@@ -47,6 +47,8 @@ class LandingDetector:
             return ""
         if not truth.on_ground or has_thrust:
             self._contact_us = None
+        elif not armed:
+            self.landed, self.landed_us = True, boot_us  # nothing is said of it
         elif self._contact_us is None:
             self._contact_us = boot_us
         elif boot_us - self._contact_us >= _LANDED_AFTER_US:

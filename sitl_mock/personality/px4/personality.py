@@ -41,7 +41,6 @@ class Px4:
         vehicle = config.vehicle.params()
         self._frame = vehicle.frame
         self._config = config
-        self._script = script
         self._hover = (vehicle.hover_thrust_norm, vehicle.gravity_m_s2)
         self._loops = inner_loops.LoopState()
         release = config.px4_release
