@@ -15,7 +15,6 @@ from sitl_mock.personality.ardupilot.parameters import Parameters
 from sitl_mock.sensors import Estimate
 
 _CHECK_EVERY_US = 100_000
-_MAH_PER_AH = 1000.0
 _CAPACITY_MAH = "BATT_CAPACITY"
 _ALT_MAX, _CIRCLE = 1, 2
 _GCS_ACTIONS = {1: Mode.RTL, 3: Mode.RTL, 4: Mode.LAND, 5: Mode.LAND, 6: Mode.RTL, 7: Mode.BRAKE}
@@ -80,8 +79,7 @@ class Failsafes:
     def _watch_battery(self, word: str, name: str, estimate: Estimate, boot_us: int) -> None:
         """Below BATT_x_VOLT for BATT_LOW_TIMER, or below BATT_x_MAH at once; 0 does not look."""
         copter, params, battery = self._copter, self._params, estimate.battery
-        left_mah = battery.remaining * params[_CAPACITY_MAH]
-        is_empty = 0.0 < left_mah < params[f"BATT_{name}_MAH"] or left_mah <= 0.0 < params[f"BATT_{name}_MAH"]
+        is_empty = battery.remaining * params[_CAPACITY_MAH] < params[f"BATT_{name}_MAH"]
         if not (is_empty or battery.voltage_v < params[f"BATT_{name}_VOLT"]):
             self._low_since_us.pop(word, None)
             return
