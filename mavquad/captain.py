@@ -346,6 +346,8 @@ class Captain:
         """Whether a change of mode is the pilot's or a failsafe's: to one that is not ours to expect, or not now."""
         if changed is None:
             return False
+        if self.phase is Phase.LANDING and not self._vehicle.armed:
+            return False  # down: PX4 1.16 shows AUTO.LOITER with the HEARTBEAT that shows it disarmed
         if self.phase is Phase.TAKING_OFF and changed == px4.LOITER and self._seen_own_mode:
             height_m = self._pose.position.position_nwu_m[2] - self._ground_m if self._pose.position else 0.0
             return not self._takeoff.is_high(height_m)

@@ -126,3 +126,12 @@ def test_a_slow_link_keeps_it_on_the_ground(round_trip_ms: int, arms: bool) -> N
     dialogue.vehicle.prearm = True
     dialogue.run_for(3.0)
     assert bool(dialogue.of("arm")) is arms
+
+
+def test_hold_shown_by_a_vehicle_that_has_disarmed_itself_is_nobodys() -> None:
+    """PX4 1.16 leaves AUTO.LAND for AUTO.LOITER as it disarms: one HEARTBEAT shows both."""
+    dialogue = Dialogue().run(Phase.LANDING).run_for(1.2)
+    assert dialogue.vehicle.mode == px4.LAND
+    dialogue.vehicle.mode, dialogue.vehicle.armed, dialogue.vehicle.height_m = px4.LOITER, False, 0.0
+    dialogue.run()
+    assert dialogue.agent.error is None
