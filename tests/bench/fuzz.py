@@ -38,6 +38,7 @@ copyreg.pickle(struct.Struct, lambda compiled: (struct.Struct, (compiled.format,
 START_US = 1_700_000_000_000_000
 STEP_US = 1000
 FRESH_EVERY = 4000
+BEAT_EVERY = 500
 POOL = 3000
 PERSONALITIES = {"px4 1.13": ("px4", "1.13"), "px4 1.16": ("px4", "1.16"), "ardupilot": ("ardupilot", "4.7")}
 HANDLED = (
@@ -88,6 +89,9 @@ PARAMETERS = (
     "SYSID_THISMAV",
     "NO_SUCH",
 )
+
+
+HEARTBEAT = Encoder(255, 190).encode(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
 
 
 class Fuzz:
@@ -248,13 +252,20 @@ class Side:
         ready_s, climb = (2, math.nan) if autopilot == "px4" else (60, 5.0)
         mode = [] if autopilot == "px4" else [(176, 1, 4)]
         self.run(ready_s * 1_000_000)
+        self.beat()
         for command in (*mode, (400, 1), (22, 0, 0, 0, math.nan, math.nan, math.nan, climb)):
             params = [*map(float, command[1:]), *[0.0] * (8 - len(command))]
             message = mavlink.MAVLink_command_long_message(1, 1, command[0], 0, *params)
             self.mock.receive(encoder.encode(message), self.now_us + 4)
             self.run(100_000)
-        self.run(8_000_000)
+        for _ in range(80):
+            self.beat()
+            self.run(100_000)
         assert not self.mock.truth().landed
+
+    def beat(self) -> None:
+        """A ground station's HEARTBEAT: without it PX4 1.13 goes home."""
+        self.mock.receive(HEARTBEAT, self.now_us)
 
     def state(self) -> tuple[object, ...]:
         """What nobody may change by invalid frames, beside the parameters: the true state, mode, arming."""
@@ -283,7 +294,10 @@ def is_finite(side: Side) -> bool:
 def must_change_nothing(fresh: Callable[[], Side], fuzz: Fuzz, count: int, counts: Counter[str]) -> Iterator[str]:
     """Feed harmless datagrams; yields complaints."""
     side, twin = fresh(), fresh()
-    for _ in range(count):
+    for number in range(count):
+        if number % BEAT_EVERY == 0:
+            side.beat()
+            twin.beat()
         kind, datagram = fuzz.harmless()
         # Cut, flipped or random bytes hold a whole frame with a right CRC once in a great while.
         if kind != "other target" and any(is_valid(frame) for frame in Framer().push(datagram) if is_known(frame)):
@@ -307,6 +321,8 @@ def must_go_on(fresh: Callable[[], Side], fuzz: Fuzz, count: int, counts: Counte
         if number and number % FRESH_EVERY == 0:
             counts["frames obeyed or answered"] += side.frames
             side = fresh()
+        if number % BEAT_EVERY == 0:
+            side.beat()
         kind, datagram = fuzz.valid()
         counts[kind] += 1
         try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 from mavquad.protocol.codec import mavlink
 from sitl_mock.personality.px4.command import (
@@ -95,7 +96,10 @@ class SystemCommands:
         return [self._send(command, command.whole(1))]
 
     def _answering(self, message_id: int) -> Handler:
-        return lambda command: [self._send(command, message_id)]
+        return partial(self._answer_with, message_id)  # unlike a lambda, a copy of the mock's is the copy's own
+
+    def _answer_with(self, message_id: int, command: Command) -> list[int]:
+        return [self._send(command, message_id)]
 
     def _send(self, command: Command, message_id: int) -> int:
         is_sent = message_id == _PROTOCOL_VERSION or self._send_message(command.port, message_id, command.boot_us)
