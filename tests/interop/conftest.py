@@ -21,7 +21,7 @@ from typing import Any
 import pytest
 
 CLIENTS = Path(__file__).parent / "clients"
-PATIENCE_S = 110
+PATIENCE_S = 150
 _INSTANCES = range(1, 10)
 """PX4's further ones all speak to the same port."""
 

@@ -9,7 +9,7 @@ import threading
 import time
 from pathlib import Path
 
-DEADLINE_S = 60
+DEADLINE_S = 90
 MODULES = "log,param,mode,arm,cmdlong,misc,link"
 FLIGHTS = {
     # typed (? again and again), what MAVProxy must say then (< or may have said before)
