@@ -97,24 +97,25 @@ class Client:
 
     async def receive(self, name):
         """The next message of that name."""
-        while (message := await self.next()).get_type() != name:
-            pass
-        return message
+        async with asyncio.timeout(LIMIT_S):
+            while (message := await self.next()).get_type() != name:
+                pass
+            return message
 
     async def names_until(self, name):
         """The names of all messages up to the next one of that name."""
-        names = {(await self.next()).get_type()}
-        while name not in names:
-            names.add((await self.next()).get_type())
+        names = set()
+        async with asyncio.timeout(LIMIT_S):
+            while name not in names:
+                names.add((await self.next()).get_type())
         return names
 
     async def next(self):
         """The next message."""
-        async with asyncio.timeout(LIMIT_S):
-            while not self.waiting:
-                data = await asyncio.get_running_loop().sock_recv(self.socket, 65535)
-                assert data, "the server hung up"
-                self.waiting = self.framer.push(data)
+        while not self.waiting:
+            data = await asyncio.get_running_loop().sock_recv(self.socket, 65535)
+            assert data, "the server hung up"
+            self.waiting = self.framer.push(data)
         return decode(self.waiting.pop(0))
 
     def hears_nothing(self):
