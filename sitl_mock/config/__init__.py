@@ -45,7 +45,8 @@ class MockConfig(Section):
     com_rcl_except: Annotated[int, Field(ge=0, le=31)] = 4
     """PX4's COM_RCL_EXCEPT at boot; without its bit 4, PX4 1.13 leaves OFFBOARD at once when it has no RC."""
     ready_s: Annotated[float, Field(ge=0, le=300)] = 1.0
-    """Time from boot until arming is allowed in s."""
+    """Time from boot until arming is allowed in s. ArduCopter: in GUIDED; its other moments of the start go
+    with it, and 42.5 is the real one's."""
     clock_drift: Annotated[float, Field(ge=0, le=0.5)] = 0.0
     """Share by which its clock is slow against the wall's; real PX4 in lockstep, 1.15 and 1.16: 0.01 to 0.025."""
     wind_ned_m_s: tuple[
