@@ -26,7 +26,7 @@ def test_pymavlink_flies_arducopter_on_its_usual_port(mock, instance, client):
 
 
 def test_mavproxy_flies_arducopter_on_its_usual_port(mock, instance, client, tmp_path):
-    mock("--autopilot", "ardupilot", "--instance", str(instance), "--speed", "5", "--ready", "42")
+    mock("--autopilot", "ardupilot", "--instance", str(instance), "--speed", "5", "--ready", "15")
     seen = client("by_mavproxy.py", "MAVProxy", f"tcp:127.0.0.1:{5760 + 10 * instance}", str(tmp_path), "ardupilot")
     assert seen["parameters"] == 1348
     contents = read_records(seen["tlogs"][0])
@@ -36,6 +36,6 @@ def test_mavproxy_flies_arducopter_on_its_usual_port(mock, instance, client, tmp
 
 
 def test_dronekit_flies_arducopter_on_its_usual_port(mock, instance, client):
-    mock("--autopilot", "ardupilot", "--instance", str(instance), "--speed", "5", "--ready", "42")
+    mock("--autopilot", "ardupilot", "--instance", str(instance), "--speed", "5", "--ready", "15")
     seen = client("ardupilot_dronekit.py", "dronekit", f"tcp:127.0.0.1:{5760 + 10 * instance}")
     assert seen == {"version": [4, 7], "parameters": 1348, "gps fix": True, "battery": True, "landed": True}

@@ -32,7 +32,7 @@ def test_pymavlink_flies_px4_on_its_usual_ports(mock, instance, client):
 
 
 def test_mavsdk_flies_px4_on_its_usual_ports(mock, instance, client):
-    mock("--firmware", "1.16", "--instance", str(instance), "--system-id", "1", "--speed", "2")
+    mock("--firmware", "1.16", "--instance", str(instance), "--system-id", "1", "--speed", "3")
     seen = client("px4_mavsdk.py", "mavsdk", str(14540 + instance))
     assert seen.pop("parameters") > 800
     assert seen == {
