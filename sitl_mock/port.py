@@ -21,6 +21,7 @@ class Port:
     Attributes:
         kind: what the autopilot takes it for.
         frames: what is ready to be sent.
+        heard: whether anybody has said anything here since boot.
         ground_station_us: when a ground station's HEARTBEAT was last heard here, since boot.
         spoil: what faults make of a message that is to be sent: itself, another one, or None for not now.
         signatures: None: they are not looked at.
@@ -30,6 +31,7 @@ class Port:
     def __init__(self, kind: PortKind, system_id: int, signatures: Signatures | None = None, now_us: int = 0) -> None:
         self.kind = kind
         self.frames: list[bytes] = []
+        self.heard = False
         self.ground_station_us: int | None = None
         self.spoil: Callable[[Message], Message | None] | None = None
         self.signatures = signatures
@@ -41,6 +43,7 @@ class Port:
         self.now_us = now_us
         if self.signatures is not None and not self.signatures.lets_in(frame, now_us):
             return False
+        self.heard = True
         # A radio's own report says nothing of who is behind it.
         if message_id(frame) != _RADIO_STATUS:
             self._encoder.version = frame_version(frame)
@@ -67,6 +70,7 @@ class Port:
     def restart(self) -> None:
         """The autopilot boots again: nobody has been heard yet, sequence numbers start anew."""
         self.frames = []
+        self.heard = False
         self.ground_station_us = None
         self._encoder.version, self._encoder.sequence = 2, 0
 

@@ -54,6 +54,7 @@ class Moments:
 
     heartbeat_us: int
     ready_us: int
+    switch_us: int
     ekf_us: int
     yaw_us: int
     gps_us: int
@@ -63,7 +64,7 @@ class Moments:
     armable_us: int
 
 
-_REAL_S = (1.0, 2.434, 4.435, 5.9, 9.82, 20.0, 23.1, 41.6, REAL_READY_S)
+_REAL_S = (1.0, 2.434, 2.6, 4.435, 5.9, 9.82, 20.0, 23.1, 41.6, REAL_READY_S)
 
 
 class Boot:

@@ -73,7 +73,7 @@ class Copter:
         self.armed_us = 0
         self._idle_since_us = 0
         self._lift_us: int | None = None
-        self._is_ready = False
+        self._has_switch = False
         self._estimate: Estimate | None = None
 
     @property
@@ -250,9 +250,9 @@ class Copter:
 
     def _watch_boot(self, boot_us: int) -> None:
         at = self._boot.at
-        if not self._is_ready and boot_us >= at.ready_us:
-            self._is_ready = True
-            self.select(Mode.STABILIZE, boot_us)  # the mode switch; a mode set before is lost
+        if not self._has_switch and boot_us >= at.switch_us:
+            self._has_switch = True
+            self.select(Mode.STABILIZE, boot_us)  # as the mode switch stands; a mode set before is lost
         if not self.has_home and boot_us >= at.origin_us:
             self.has_home = self.news.home_changed = True
         if self.news.complains(boot_us) and not self.armed:

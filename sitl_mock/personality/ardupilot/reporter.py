@@ -107,13 +107,16 @@ class Reporter:
             port.send(message)
 
     def _send_text(self, severity: int, text: str) -> None:
-        """A text of more than 50 characters goes out in chunks of one id."""
+        """Tell those who have said anything yet; more than 50 characters go out in chunks of one id."""
         pieces = [text[at : at + _TEXT_LENGTH] for at in range(0, len(text), _TEXT_LENGTH)]
         if len(pieces) > 1:
             self._text_id = self._text_id % 0xFFFF + 1
         text_id = self._text_id if len(pieces) > 1 else 0
         for number, piece in enumerate(pieces):
-            self.send_everywhere(mavlink.MAVLink_statustext_message(severity, piece.encode(), text_id, number))
+            message = mavlink.MAVLink_statustext_message(severity, piece.encode(), text_id, number)
+            for port in self._ports:
+                if port.heard:
+                    port.send(message)
 
 
 def _send_built(port: Port, message_id: int, picture: Picture) -> None:

@@ -51,7 +51,8 @@ def lean(position):
 master = mavutil.mavlink_connection(sys.argv[1])
 master.wait_heartbeat()
 seen["is ardupilot"] = master.messages["HEARTBEAT"].autopilot == mavutil.mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
-wait_for("STATUSTEXT", lambda text: text.text == "ArduPilot Ready")
+master.mav.heartbeat_send(mavutil.mavlink.MAV_TYPE_GCS, mavutil.mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 0)
+wait_for("STATUSTEXT", lambda text: text.text == "EKF3 IMU0 initialised")
 
 # Mode; arming before the vehicle knows where it is
 master.set_mode(master.mode_mapping()["GUIDED"])

@@ -14,7 +14,7 @@ def states(copter):
 
 
 def test_the_moments_of_the_real_boot(copter):
-    vehicle = copter(ready_s=REAL).run(0.9)
+    vehicle = copter(ready_s=REAL).heartbeat().run(0.9)
     assert not vehicle.messages("HEARTBEAT")
     vehicle.run(0.3)
     assert states(vehicle) == [(0, 89, 1)]
@@ -29,16 +29,25 @@ def test_the_moments_of_the_real_boot(copter):
 
 
 def test_a_shorter_start_keeps_the_proportions(copter):
-    vehicle = copter(ready_s=4.25).run(0.24)
+    vehicle = copter(ready_s=4.25).heartbeat().run(0.24)
     assert "ArduPilot Ready" not in vehicle.texts()
     vehicle.run(0.02)
     assert "ArduPilot Ready" in vehicle.texts()
 
 
-def test_a_mode_set_before_ready_is_lost(copter):
-    vehicle = copter(ready_s=REAL).run(2.0)
+@pytest.mark.parametrize("after_s", [2.0, 2.5])
+def test_a_mode_set_before_the_switch_is_read_is_lost(copter, after_s):
+    """The real one reads its mode switch 0.1 to 0.3 s after "ArduPilot Ready"."""
+    vehicle = copter(ready_s=REAL).run(after_s)
     assert vehicle.mode(4) == [0]
     assert vehicle.run(1.0).mock.mode == "STABILIZE"
+
+
+def test_who_has_said_nothing_is_told_nothing(copter):
+    vehicle = copter(ready_s=4.25).run(0.5)
+    assert vehicle.texts() == []
+    vehicle.heartbeat().run(4.0)
+    assert vehicle.texts()[:1] == ["EKF3 IMU0 tilt alignment complete"]
 
 
 def test_arming_is_refused_with_the_recorded_texts(copter):
@@ -205,10 +214,10 @@ def test_the_banner_comes_with_the_parameters(copter):
 
 
 def test_a_reboot_by_command(copter):
-    vehicle = copter().run(3.0)
+    vehicle = copter(ready_s=4.25).run(5.0)
     assert vehicle.command(246, 1) == [0]
-    vehicle.run(0.5)
-    vehicle.forget()
     vehicle.run(1.5)
+    vehicle.forget()
+    vehicle.heartbeat().run(0.5)
     assert "ArduPilot Ready" in vehicle.texts()
     assert copter().hover().command(246, 1) == [4]
