@@ -216,7 +216,7 @@ def test_the_banner_comes_with_the_parameters(copter):
 def test_a_reboot_by_command(copter):
     vehicle = copter(ready_s=4.25).run(5.0)
     assert vehicle.command(246, 1) == [0]
-    vehicle.run(1.5)
+    vehicle.run(1.1)
     vehicle.forget()
     vehicle.heartbeat().run(0.5)
     assert "ArduPilot Ready" in vehicle.texts()
