@@ -124,6 +124,16 @@ class MockAutopilot:
         return self._personality.crashed or self._crashed_alone
 
     @property
+    def time_us(self) -> int:
+        """Time since the first boot, of the last tick."""
+        return self._tick_us - self._start_us
+
+    @property
+    def position_ned_m(self) -> Vec3:
+        """The true position; `truth` has all the rest."""
+        return self._world.state.position_ned_m
+
+    @property
     def rejected(self) -> Counter[str]:
         """Frames not taken for their signature, by what was wrong with it, of all ports."""
         return sum((Counter(port.signatures.rejected) for port in self.ports if port.signatures), Counter())

@@ -23,6 +23,8 @@ from sitl_mock.autopilot import MockAutopilot
 from sitl_mock.faults import ImpairedLink
 
 LIMIT_S = 4 * 3600.0
+STEPS_BETWEEN_LOOKS = 100
+"""Some 0.2 s of flight, after which rows are written, the story is told, and Ctrl-C is noticed."""
 
 
 def sim(path: Path | None, overrides: list[Override], run_dir: Path | None, as_json: bool) -> int:
@@ -39,8 +41,11 @@ def sim(path: Path | None, overrides: list[Override], run_dir: Path | None, as_j
             while not agent.done and lockstep.now_us < START_US + LIMIT_S * 1e6:
                 if interrupted and not agent.interrupted:
                     lockstep.command("stop", agent.stop)
-                lockstep.step()
-                truth.keep(agent)
+                for _ in range(STEPS_BETWEEN_LOOKS):
+                    lockstep.step()
+                    truth.keep(agent)
+                    if agent.done:
+                        break
                 notes = flight.collect(agent)
                 if notes:
                     display.update(agent, notes)
@@ -73,10 +78,10 @@ class _Truth:
         """Remember the present truth while the law flies."""
         if agent.phase is not Phase.FLYING:
             return
-        truth = self._mock.truth()
-        if self._stamps_us[-1:] != [truth.boot_us]:
-            self._stamps_us.append(truth.boot_us)
-            self._positions_ned_m.append(truth.position_ned_m)
+        stamp_us = self._mock.time_us
+        if not self._stamps_us or self._stamps_us[-1] != stamp_us:
+            self._stamps_us.append(stamp_us)
+            self._positions_ned_m.append(self._mock.position_ned_m)
 
     def position_rms_m(self, flight: Flight) -> float | None:
         """RMS of the true position minus the reference, first 5 s left out; None for too short a flight."""
