@@ -119,7 +119,7 @@ class ParameterServer:
         """Send what is due of lists and of changes."""
         if boot_us >= self._tell_us:
             self._tell()
-        for port, listing in list(self._listings.items()):
+        for port, listing in list(self._listings.items()) if self._listings else ():
             if boot_us >= listing.due_us:
                 self._send_burst(port, listing)
 

@@ -6,6 +6,7 @@ into the same tick whenever they were asked for; and only when what it tells has
 
 from __future__ import annotations
 
+import heapq
 import math
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -51,8 +52,11 @@ class Streams:
     def __init__(self, kinds: Iterable[StreamKind], unsent: frozenset[int] = frozenset()) -> None:
         self._kinds = {kind.message_id: kind for kind in kinds}
         self._unsent = unsent
+        self._ids = list(self._kinds)
+        self._places = {message_id: place for place, message_id in enumerate(self._ids)}
         self._interval_us = {message_id: kind.default_us for message_id, kind in self._kinds.items()}
-        self._due_us = {message_id: NEVER_US if us == 0 else 0 for message_id, us in self._interval_us.items()}
+        # When each stream is due, and its place among those of the same tick: a heap.
+        self._queue = [(0, self._places[message_id]) for message_id, us in self._interval_us.items() if us != 0]
         self.next_us = 0
 
     def set_interval(self, message_id: int, interval_us: float, boot_us: int) -> bool:
@@ -66,8 +70,12 @@ class Streams:
             self._interval_us[message_id] = 0
         else:
             self._interval_us[message_id] = max(1, round(interval_us)) if interval_us > 0 else kind.default_us
-        self._due_us[message_id] = self._after(message_id, boot_us)
-        self.next_us = min(self._due_us.values())
+        place = self._places[message_id]
+        self._queue = [entry for entry in self._queue if entry[1] != place]
+        if self._interval_us[message_id] != 0:
+            self._queue.append((self._after(message_id, boot_us), place))
+        heapq.heapify(self._queue)
+        self.next_us = self._queue[0][0] if self._queue else NEVER_US
         return True
 
     def sends(self, message_id: int) -> bool:
@@ -82,17 +90,18 @@ class Streams:
         """Ids of the messages to send in this tick."""
         if boot_us < self.next_us:
             return []
-        due_us = self._due_us
-        ids = [message_id for message_id, at_us in due_us.items() if at_us <= boot_us]
-        for message_id in ids:
-            due_us[message_id] = self._after(message_id, boot_us)
-        self.next_us = min(due_us.values())
-        return ids
+        queue, ids = self._queue, self._ids
+        places = []
+        while queue and queue[0][0] <= boot_us:
+            place = queue[0][1]
+            places.append(place)
+            heapq.heapreplace(queue, (self._after(ids[place], boot_us), place))
+        self.next_us = queue[0][0] if queue else NEVER_US
+        places.sort()
+        return [ids[place] for place in places]
 
     def _after(self, message_id: int, boot_us: int) -> int:
-        """When a stream is due next: its next period has begun, and there is something new."""
+        """When a stream that is on is due next: its next period has begun, and there is something new."""
         interval_us, update_us = self._interval_us[message_id], self._kinds[message_id].update_us
-        if interval_us == 0:
-            return NEVER_US
         news_us = (boot_us // update_us + 1) * update_us
         return news_us if interval_us < 0 else max((boot_us // interval_us + 1) * interval_us, news_us)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 from mavquad.protocol.codec import Message, mavlink
@@ -208,7 +207,7 @@ class Px4:
     def report(self, boot_us: int) -> None:
         """Send the telemetry that is due."""
         self._reporter.publish(self._estimate, boot_us)
-        self._reporter.report(boot_us, partial(self._picture, boot_us))
+        self._reporter.report(boot_us, self._picture)
         self._params.send_due(boot_us)
         self._missions.step(boot_us)
         if self.commander.broadcasts:

@@ -33,7 +33,7 @@ class Reporter:
             self._position_due_us = (boot_us // self._position_every_us + 1) * self._position_every_us
             self.position = estimate
 
-    def report(self, boot_us: int, draw: Callable[[], Picture]) -> None:
+    def report(self, boot_us: int, draw: Callable[[int], Picture]) -> None:
         """Send what is due; `draw` is called if there is anything."""
         picture = None
         made: dict[int, Message | None] = {}
@@ -41,10 +41,11 @@ class Reporter:
             if boot_us < streams.next_us:
                 continue
             for message_id in streams.due(boot_us):
-                if message_id not in made:
-                    picture = picture or draw()
-                    made[message_id] = BUILDERS[message_id](picture)
-                message = made[message_id]
+                if message_id in made:
+                    message = made[message_id]
+                else:
+                    picture = picture or draw(boot_us)
+                    message = made[message_id] = BUILDERS[message_id](picture)
                 if message is not None:
                     port.send(message)
 
