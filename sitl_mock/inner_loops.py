@@ -11,14 +11,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from sitl_mock.attitude_loop import wanted_rates
 from sitl_mock.geometry import ZERO3, Quaternion, Vec3, from_euler, yaw_of
 from sitl_mock.sensors import Estimate
 
 
-@dataclass(frozen=True, slots=True)
-class PositionSetpoint:
+class PositionSetpoint(NamedTuple):
     """What to follow. A None coordinate is not controlled in position, nor in velocity if that is None too.
 
     Without a yaw the nose stays where it is, but for the yaw rate, which is also led along a yaw.
@@ -31,8 +31,7 @@ class PositionSetpoint:
     yaw_rate_rad_s: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class AttitudeSetpoint:
+class AttitudeSetpoint(NamedTuple):
     """Attitude FRD to NED, collective thrust, and a yaw rate about the vertical as feed-forward."""
 
     quaternion: Quaternion
@@ -40,16 +39,14 @@ class AttitudeSetpoint:
     yaw_rate_rad_s: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class RatesSetpoint:
+class RatesSetpoint(NamedTuple):
     """Body rates and collective thrust; a None axis is not corrected."""
 
     rates_frd_rad_s: tuple[float | None, float | None, float | None]
     thrust_norm: float
 
 
-@dataclass(frozen=True, slots=True)
-class TorqueSetpoint:
+class TorqueSetpoint(NamedTuple):
     """Normalised torques about roll, pitch, yaw axis and collective thrust, as the mixer takes them."""
 
     torque_frd_norm: Vec3
@@ -86,8 +83,7 @@ class Gains:
     thrust_min_norm: float = 0.12
 
 
-@dataclass(frozen=True, slots=True)
-class LoopState:
+class LoopState(NamedTuple):
     """Integrators, and the last attitude and rates asked for (for ATTITUDE_TARGET; NaN: a rate not asked for)."""
 
     velocity_integral_m_s2: Vec3 = ZERO3
@@ -204,23 +200,31 @@ def rate_loop(
     gains: Gains, state: LoopState, setpoint: RatesSetpoint, estimate: Estimate, dt_s: float
 ) -> tuple[TorqueSetpoint, LoopState]:
     """Body-rate PI to normalised torque."""
-    torque = [0.0, 0.0, 0.0]
-    integral = [0.0, 0.0, 0.0]
-    targets = [0.0, 0.0, 0.0]
-    for i in range(3):
-        wanted = setpoint.rates_frd_rad_s[i]
-        targets[i] = math.nan if wanted is None else wanted
-        error = 0.0 if wanted is None else wanted - estimate.rates_frd_rad_s[i]
-        total = state.rate_integral_norm[i] + gains.rate_i[i] * error * dt_s
-        integral[i] = _limited(total, gains.rate_integral_max_norm)
-        torque[i] = _limited(gains.rate_p[i] * error + integral[i], 1.0)
-    after = LoopState(
-        state.velocity_integral_m_s2,
-        (integral[0], integral[1], integral[2]),
-        state.attitude_target,
-        (targets[0], targets[1], targets[2]),
+    (roll, pitch, yaw), (p, q, r) = setpoint.rates_frd_rad_s, estimate.rates_frd_rad_s
+    errors = (
+        0.0 if roll is None else roll - p,
+        0.0 if pitch is None else pitch - q,
+        0.0 if yaw is None else yaw - r,
     )
-    return TorqueSetpoint((torque[0], torque[1], torque[2]), setpoint.thrust_norm), after
+    held, i, most = state.rate_integral_norm, gains.rate_i, gains.rate_integral_max_norm
+    integral = (
+        _limited(held[0] + i[0] * errors[0] * dt_s, most),
+        _limited(held[1] + i[1] * errors[1] * dt_s, most),
+        _limited(held[2] + i[2] * errors[2] * dt_s, most),
+    )
+    p_gains = gains.rate_p
+    torque = (
+        _limited(p_gains[0] * errors[0] + integral[0], 1.0),
+        _limited(p_gains[1] * errors[1] + integral[1], 1.0),
+        _limited(p_gains[2] * errors[2] + integral[2], 1.0),
+    )
+    targets = (
+        math.nan if roll is None else roll,
+        math.nan if pitch is None else pitch,
+        math.nan if yaw is None else yaw,
+    )
+    after = LoopState(state.velocity_integral_m_s2, integral, state.attitude_target, targets)
+    return TorqueSetpoint(torque, setpoint.thrust_norm), after
 
 
 def _limited(value: float, limit: float) -> float:

@@ -6,8 +6,7 @@ the actions of all that is wrong. Both are asked in every tick while armed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from sitl_mock.battery import Battery
 from sitl_mock.personality.px4.modes import Mode
@@ -16,8 +15,7 @@ from sitl_mock.personality.px4.settings import Settings
 NO_WARNING, LOW, CRITICAL_LEVEL, EMERGENCY_LEVEL = range(4)
 
 
-@dataclass(frozen=True, slots=True)
-class Situation:
+class Situation(NamedTuple):
     """What is known now. `intended` is what the pilot chose, `flown` the mode in force up to now."""
 
     intended: Mode
@@ -35,8 +33,7 @@ class Situation:
     boot_us: int
 
 
-@dataclass(frozen=True, slots=True)
-class Decision:
+class Decision(NamedTuple):
     """What is flown. `terminate` and `disarm` stop the motors."""
 
     mode: Mode

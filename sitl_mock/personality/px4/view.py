@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from sitl_mock.geometry import ZERO3, Vec3
 from sitl_mock.inner_loops import Setpoint, TorqueSetpoint
@@ -14,8 +13,7 @@ IDLE = TorqueSetpoint(ZERO3, 0.0)
 """Motors turn without thrust."""
 
 
-@dataclass(frozen=True, slots=True)
-class View:
+class View(NamedTuple):
     """Estimate, ground and settings of this tick.
 
     Attributes:
