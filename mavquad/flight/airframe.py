@@ -13,6 +13,8 @@ from mavquad.types import Attitude
 
 LEAST_THRUST_NORM = 0.05
 LEAST_COUNT = 5
+MEMORY_US = 400_000
+"""In this time an earlier thrust is forgotten to 1/e."""
 Scale = Annotated[float, Field(gt=0.1, le=10000.0)]
 
 
@@ -29,8 +31,9 @@ class AirframeParams(Section):
 class HoverThrust:
     """Learns the thrust control that carries the weight, while the autopilot itself hovers.
 
-    At hover T cos(tilt) = g, so the level hover thrust is the mean of ATTITUDE_TARGET.thrust times cos(tilt). What is still
-    wrong with it goes into sigma.
+    At hover T cos(tilt) = g, so the level hover thrust is ATTITUDE_TARGET.thrust times cos(tilt), smoothed: the mean at
+    first, then the latest count most, since PX4 still brakes its climb when it begins to hold. What is still wrong with it
+    goes into sigma.
 
     Attributes:
         parameter_norm: the autopilot's own figure (MPC_THR_HOVER), 0 where it has none: better than nothing.
@@ -38,19 +41,23 @@ class HoverThrust:
 
     def __init__(self, params: AirframeParams) -> None:
         self._fixed = params.hover_thrust_norm
-        self._sum = 0.0
+        self._learned = 0.0
         self._count = 0
+        self._stamp_us = 0
         self.parameter_norm = 0.0
 
     def restart(self) -> None:
         """Forget what was learned: the vehicle is not hovering."""
-        self._sum, self._count = 0.0, 0
+        self._learned, self._count = 0.0, 0
 
     def learn(self, thrust_norm: float, attitude: Attitude) -> None:
         """Take in the autopilot's own thrust command while it hovers."""
         if within_hover(thrust_norm):
-            self._sum += thrust_norm * math.cos(tilt_rad(attitude))
             self._count += 1
+            since_us = max(attitude.stamp_us - self._stamp_us, 0) if self._count > 1 else 0
+            self._stamp_us = attitude.stamp_us
+            share = max(1.0 / self._count, since_us / (since_us + MEMORY_US))
+            self._learned += share * (thrust_norm * math.cos(tilt_rad(attitude)) - self._learned)
 
     @property
     def known(self) -> bool:
@@ -62,7 +69,7 @@ class HoverThrust:
         """The best figure at hand: from the config, else learned, else the autopilot's parameter, else 0.5."""
         if self._fixed > 0.0:
             return self._fixed
-        return self._sum / self._count if self._count else self.parameter_norm or 0.5
+        return self._learned if self._count else self.parameter_norm or 0.5
 
 
 def within_hover(thrust_norm: float) -> float:
