@@ -45,26 +45,28 @@ class PortedEndpoint(Protocol):
 
 
 class _Road:
-    """Frames on their way, both ways, in order of arrival."""
+    """Frames on their way, both ways, in order of arrival.
+
+    Attributes:
+        next_us: when the next ones arrive.
+    """
 
     def __init__(self) -> None:
         self._arrivals: list[tuple[int, int, _Direction, list[bytes] | None]] = []
         self._count = 0
-
-    @property
-    def next_us(self) -> int:
-        """When the next frame arrives."""
-        return self._arrivals[0][0] if self._arrivals else NEVER_US
+        self.next_us = NEVER_US
 
     def put(self, arrival_us: int, direction: _Direction, frames: list[bytes] | None) -> int:
         """Set frames on their way together; their number. None: the direction knows whether one still comes."""
         self._count += 1
         heapq.heappush(self._arrivals, (arrival_us, self._count, direction, frames))
+        self.next_us = self._arrivals[0][0]
         return self._count
 
     def take(self) -> tuple[_Direction, list[bytes]]:
         """What arrives next."""
         _, number, direction, frames = heapq.heappop(self._arrivals)
+        self.next_us = self._arrivals[0][0] if self._arrivals else NEVER_US
         return direction, direction.held(number) if frames is None else frames
 
     def next_is_inbound(self) -> bool:
@@ -74,6 +76,7 @@ class _Road:
     def put_off(self, until_us: int) -> None:
         """Let the next frame arrive later."""
         heapq.heapreplace(self._arrivals, (until_us, *self._arrivals[0][1:]))
+        self.next_us = self._arrivals[0][0]
 
 
 class _Direction:
@@ -173,7 +176,8 @@ class ImpairedLink:
 
     def next_deadline_us(self) -> int:
         """The next arrival on either side, or the inner endpoint's own deadline."""
-        return min(self._inner_us, self._road.next_us)
+        inner_us, road_us = self._inner_us, self._road.next_us
+        return inner_us if inner_us <= road_us else road_us
 
     def on_deadline(self, now_us: int) -> None:
         """Let everything happen that is due."""
@@ -194,12 +198,13 @@ class ImpairedLink:
         inner, road = self._inner, self._road
         while True:
             inner_us, road_us = self._inner_us, road.next_us
-            if inner_us > now_us and road_us > now_us:
-                return
             if inner_us <= road_us:
+                if inner_us > now_us:
+                    return
                 inner.on_deadline(inner_us)
-                self._inner_us = inner.next_deadline_us()
                 self._collect(inner_us)
+            elif road_us > now_us:
+                return
             elif road.next_is_inbound() and road_us <= self._last_input_us:
                 # The inner endpoint's inputs have strictly increasing stamps.
                 road.put_off(self._last_input_us + GRID_US)
@@ -210,14 +215,17 @@ class ImpairedLink:
         direction, frames = self._road.take()
         if not direction.is_inbound:
             self._arrived[direction.port] += frames
-        for frame in frames if direction.is_inbound else ():
+            return
+        for frame in frames:
             self._last_input_us = due_us
             self._inner.receive(frame, due_us, direction.port)
-            self._inner_us = self._inner.next_deadline_us()
             self._collect(due_us)
 
     def _collect(self, stamp_us: int) -> None:
+        """The inner endpoint has acted: what it sends sets out."""
+        inner = self._inner
+        self._inner_us = inner.next_deadline_us()
         for direction in self._outbound:
-            frames = self._inner.datagrams_to_send(direction.port)
+            frames = inner.datagrams_to_send(direction.port)
             if frames:
                 direction.send(frames, stamp_us)

@@ -54,11 +54,14 @@ class Lockstep:
 
     def step(self) -> None:
         """Move on to the next deadline of either end and carry over what it sends."""
-        near_us, far_us = self.near.deadline_us, self.far.deadline_us
-        self.now_us = max(self.now_us, min(near_us, far_us))
-        assert self.now_us < NEVER_US, "both ends wait for ever"
-        (self.far if far_us <= near_us else self.near).advance(self.now_us)
-        self._carry()
+        near, far = self.near, self.far
+        next_one = far if far.deadline_us <= near.deadline_us else near
+        if next_one.deadline_us > self.now_us:
+            self.now_us = next_one.deadline_us
+            assert self.now_us < NEVER_US, "both ends wait for ever"
+        next_one.advance(self.now_us)
+        if self._to_near or self._to_far:
+            self._carry()
 
     def command(self, name: str, act: Callable[[int], None]) -> None:
         """An operator's command to the near end, now."""
@@ -66,12 +69,12 @@ class Lockstep:
         self._carry()
 
     def _carry(self) -> None:
-        to_near, to_far = self._to_near, self._to_far
+        to_near, to_far, now_us = self._to_near, self._to_far, self.now_us
         while to_near or to_far:
             if to_near:
-                self.near.datagram(to_near.popleft(), self.now_us)
+                self.near.datagram(to_near.popleft(), now_us)
             else:
-                self.far.datagram(to_far.popleft(), self.now_us)
+                self.far.datagram(to_far.popleft(), now_us)
 
     def end(self) -> None:
         """Record the end."""

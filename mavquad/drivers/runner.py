@@ -52,10 +52,12 @@ class Runner:
         now_us = floor_to_grid_us(now_us)
         if now_us > self._reached_us:
             self._reached_us = now_us
+        endpoint = self.endpoint
         while (stamp_us := self.deadline_us) <= now_us:
-            self.deadline_us = fire(self.endpoint, stamp_us)
-            for datagram in self.endpoint.datagrams_to_send():
-                self._out(stamp_us, datagram)
+            self.deadline_us = fire(endpoint, stamp_us)
+            datagrams = endpoint.datagrams_to_send()
+            if datagrams:
+                self._out(stamp_us, datagrams)
 
     def datagram(self, data: bytes, now_us: int) -> None:
         """Take in what a transport delivered."""
@@ -92,17 +94,23 @@ class Runner:
             self._recorder.event(stamp_us, "end")
 
     def _input_stamp(self, now_us: int) -> int:
-        stamp_us = self.last_us = max(floor_to_grid_us(now_us), self.last_us + GRID_US)
+        stamp_us = floor_to_grid_us(now_us)
+        if stamp_us <= self.last_us:
+            stamp_us = self.last_us + GRID_US
+        self.last_us = stamp_us
         if self.deadline_us <= stamp_us:
             self.advance(stamp_us)
         return stamp_us
 
     def _drain(self, stamp_us: int) -> None:
-        for datagram in self.endpoint.datagrams_to_send():
-            self._out(stamp_us, datagram)
+        datagrams = self.endpoint.datagrams_to_send()
+        if datagrams:
+            self._out(stamp_us, datagrams)
         self.deadline_us = self.endpoint.next_deadline_us()
 
-    def _out(self, stamp_us: int, datagram: bytes) -> None:
-        if self._recorder is not None:
-            self._recorder.frame(stamp_us, datagram, outbound=True)
-        self._send(stamp_us, datagram)
+    def _out(self, stamp_us: int, datagrams: list[bytes]) -> None:
+        recorder, send = self._recorder, self._send
+        for datagram in datagrams:
+            if recorder is not None:
+                recorder.frame(stamp_us, datagram, outbound=True)
+            send(stamp_us, datagram)
