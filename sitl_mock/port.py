@@ -16,7 +16,7 @@ _RADIO_STATUS = mavlink.MAVLINK_MSG_ID_RADIO_STATUS
 
 
 class Port:
-    """A link of the autopilot. It answers in the version of MAVLink that it was last spoken to, and begins with 2.
+    """A link of the autopilot. It speaks MAVLink 2, or 1 until it hears 2 (`first_version`, seen on PX4 1.13).
 
     Attributes:
         kind: what the autopilot takes it for.
@@ -26,6 +26,7 @@ class Port:
         spoil: what faults make of a message that is to be sent: itself, another one, or None for not now.
         signatures: None: they are not looked at.
         now_us: Unix time, for the signatures' timestamps.
+        first_version: of MAVLink, after boot. One who speaks 1 is answered in it as well: no autopilot goes back to 1.
     """
 
     def __init__(self, kind: PortKind, system_id: int, signatures: Signatures | None = None, now_us: int = 0) -> None:
@@ -36,6 +37,7 @@ class Port:
         self.spoil: Callable[[Message], Message | None] | None = None
         self.signatures = signatures
         self.now_us = now_us
+        self.first_version = 2
         self._encoder = Encoder(system_id, AUTOPILOT_COMPONENT)
 
     def lets_in(self, frame: bytes, now_us: int) -> bool:
@@ -46,7 +48,7 @@ class Port:
         self.heard = True
         # A radio's own report says nothing of who is behind it.
         if message_id(frame) != _RADIO_STATUS:
-            self._encoder.version = frame_version(frame)
+            self._encoder.version = max(self._encoder.version, frame_version(frame))
         return True
 
     def send(self, message: Message) -> None:
@@ -67,12 +69,18 @@ class Port:
         else:
             self.frames.append(encoder.encode(message))
 
+    def begin_with(self, version: int) -> None:
+        """Speak this version of MAVLink until a higher one is heard; where signatures matter, 2 in any case."""
+        if self.signatures is not None:
+            return
+        self.first_version = self._encoder.version = version
+
     def restart(self) -> None:
         """The autopilot boots again: nobody has been heard yet, sequence numbers start anew."""
         self.frames = []
         self.heard = False
         self.ground_station_us = None
-        self._encoder.version, self._encoder.sequence = 2, 0
+        self._encoder.version, self._encoder.sequence = self.first_version, 0
 
     def take(self) -> list[bytes]:
         """What is ready to be sent; handed out once."""

@@ -102,10 +102,11 @@ class MissionServer:
         "MISSION_SET_CURRENT",
     )
 
-    def __init__(self, system_id: int, plans: Plans, asks_for_int: bool = False) -> None:
+    def __init__(self, system_id: int, plans: Plans, asks_for_int: bool = False, in_order: bool = True) -> None:
         self._system_id = system_id
         self._plans = plans
         self._speaks_int = asks_for_int
+        self._in_order = in_order
         self._transfers: dict[Port, _Transfer] = {}
         self._finished: dict[Port, tuple[Sender, int, int]] = {}
         self._handlers: dict[str, Callable[[Message, Sender, Port, int], None]] = {
@@ -142,6 +143,7 @@ class MissionServer:
     # --- upload ------------------------------------------------------------------------------------------------
 
     def _count(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
+        self._drop_download(port)
         mission_type, running = message.mission_type, self._transfers.get(port)
         if running is not None and running.is_upload and running.next_index == 0 and running.partner == sender:
             running.count, running.heard_us = message.count, boot_us
@@ -218,14 +220,31 @@ class MissionServer:
 
     def _request(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
         transfer = self._transfers.get(port)
-        if transfer is None:
+        if not self._in_order and (transfer is None or not transfer.is_upload):
+            self._give_any(message, sender, port)
+        elif transfer is None:
             return  # as PX4: some displays ask without a transfer
-        if sender != transfer.partner:
+        elif sender != transfer.partner:
             self._plans.say(_CRITICAL, "WPM: REJ. CMD: partner id mismatch")
         elif transfer.is_upload:
             self._plans.say(_CRITICAL, "WPM: REJ. CMD: Busy")
         elif message.mission_type == transfer.mission_type:
             self._give(transfer, message, port, boot_us)
+
+    def _give_any(self, message: Message, sender: Sender, port: Port) -> None:
+        """As ArduPilot: any item, in any order, without having asked how many there are."""
+        plan = self._plans.plan(message.mission_type)
+        if message.seq >= len(plan):
+            self._ack(port, sender, mavlink.MAV_MISSION_INVALID_SEQUENCE, message.mission_type)
+            return
+        as_int = message.get_type() == "MISSION_REQUEST_INT"
+        port.send(item_message(plan[message.seq], message.seq, sender, message.mission_type, as_int))
+
+    def _drop_download(self, port: Port) -> None:
+        """ArduPilot does not mind a download that was not ended."""
+        running = self._transfers.get(port)
+        if not self._in_order and running is not None and not running.is_upload:
+            del self._transfers[port]
 
     def _give(self, transfer: _Transfer, message: Message, port: Port, boot_us: int) -> None:
         plan = self._plans.plan(transfer.mission_type)
@@ -252,6 +271,7 @@ class MissionServer:
     # --- the rest ----------------------------------------------------------------------------------------------
 
     def _clear(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
+        self._drop_download(port)
         if port in self._transfers:
             self._plans.say(_CRITICAL, "WPM: IGN CLEAR CMD: Busy")
             return
@@ -262,6 +282,7 @@ class MissionServer:
         self._ack(port, sender, ACCEPTED if known else _UNSUPPORTED, message.mission_type)
 
     def _set_current(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
+        self._drop_download(port)
         if port in self._transfers:
             self._plans.say(_CRITICAL, "WPM: IGN WP CURR CMD: Busy")
         elif not self._plans.set_current(message.seq):

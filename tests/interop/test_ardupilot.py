@@ -38,4 +38,4 @@ def test_mavproxy_flies_arducopter_on_its_usual_port(mock, instance, client, tmp
 def test_dronekit_flies_arducopter_on_its_usual_port(mock, instance, client):
     mock("--autopilot", "ardupilot", "--instance", str(instance), "--speed", "5", "--ready", "15")
     seen = client("ardupilot_dronekit.py", "dronekit", f"tcp:127.0.0.1:{5760 + 10 * instance}")
-    assert seen == {"version": [4, 7], "parameters": 1348, "gps fix": True, "battery": True, "landed": True}
+    assert seen == {"version": [4, 7], "parameters": 1348, "gps fix": True, "landed": True}

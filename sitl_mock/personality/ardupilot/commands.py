@@ -28,7 +28,9 @@ _FORCE_DISARM = 21196
 _FORCE_ARM = 2989
 _CUSTOM_MODE_FLAG = 1
 _MOST = 2**31 - 1
-_PLACED = (mavlink.MAV_CMD_DO_REPOSITION, mavlink.MAV_CMD_DO_SET_HOME)
+_PLACED = (mavlink.MAV_CMD_DO_SET_HOME, mavlink.MAV_CMD_DO_SET_ROI_LOCATION, mavlink.MAV_CMD_DO_SET_ROI)
+_AS_INT_ALONE = (mavlink.MAV_CMD_DO_REPOSITION,)
+"""Not taken as COMMAND_LONG."""
 _RELATIVE: int = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
 """What COMMAND_LONG, which has no frame, counts heights from."""
 _RIGHT_ANGLE_E7, _HIGH_M = 90e7, 1e5
@@ -78,6 +80,11 @@ class Commands:
             mavlink.MAV_CMD_DO_CHANGE_SPEED: self._change_speed,
             mavlink.MAV_CMD_DO_REPOSITION: self._reposition,
             mavlink.MAV_CMD_DO_SET_HOME: self._set_home,
+            mavlink.MAV_CMD_DO_SET_ROI_LOCATION: self._look,
+            mavlink.MAV_CMD_DO_SET_ROI: self._look,
+            mavlink.MAV_CMD_DO_SET_ROI_NONE: self._look_nowhere,
+            mavlink.MAV_CMD_DO_SET_MISSION_CURRENT: self._go_to_item,
+            mavlink.MAV_CMD_DO_PAUSE_CONTINUE: self._pause,
             mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: self._reboot,
             mavlink.MAV_CMD_DO_FLIGHTTERMINATION: self._terminate,
             mavlink.MAV_CMD_DO_FENCE_ENABLE: self._enable_fence,
@@ -101,7 +108,8 @@ class Commands:
         if scripted is not None:
             return [_ack(command, ACCEPTED, sender)]
         self._frame = message.frame if message.get_type() == "COMMAND_INT" else _RELATIVE
-        handler = self._handlers.get(command)
+        is_long = message.get_type() == "COMMAND_LONG"
+        handler = None if is_long and command in _AS_INT_ALONE else self._handlers.get(command)
         result = UNSUPPORTED if handler is None else handler(_params_of(message), port, boot_us)
         return [_ack(command, result, sender)]
 
@@ -169,12 +177,27 @@ class Commands:
         return self._request_message((_HOME, 0, 0, 0, 0, 0, 0), port, boot_us)
 
     def _turn(self, params: Params, port: Port, boot_us: int) -> int:
-        return self._copter.turn(params[0], params[3] == 1, params[2], boot_us)
+        rate = params[1] if math.isfinite(params[1]) else 0.0
+        return self._copter.turn(params[0], rate, params[3] == 1, params[2], boot_us)
 
     def _reposition(self, params: Params, port: Port, boot_us: int) -> int:
         place = self._place(params)
         may_change_mode = bool(_whole(params[1]) & mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE)
         return DENIED if place is None else self._copter.reposition(place, may_change_mode, boot_us)
+
+    def _look(self, params: Params, port: Port, boot_us: int) -> int:
+        place = self._place(params)
+        is_somewhere = place is not None and (params[4] or params[5])
+        return self._copter.look_at(place, boot_us) if place is not None and is_somewhere else ACCEPTED
+
+    def _look_nowhere(self, params: Params, port: Port, boot_us: int) -> int:
+        return ACCEPTED
+
+    def _go_to_item(self, params: Params, port: Port, boot_us: int) -> int:
+        return self._copter.go_to_item(_whole(params[0]))
+
+    def _pause(self, params: Params, port: Port, boot_us: int) -> int:
+        return self._copter.pause(params[0] == 0) if params[0] in (0, 1) else DENIED
 
     def _set_home(self, params: Params, port: Port, boot_us: int) -> int:
         place = self._place(params)

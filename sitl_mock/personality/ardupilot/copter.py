@@ -40,6 +40,11 @@ _SPOOL_UP_S, _TAKEOFF_WAITS_S = 0.5, 0.15
 """A takeoff's thrust grows so fast until the vehicle leaves the ground, so long after it was asked for or the motors
 were ready, as recorded."""
 _INIT_FAILED = "init failed"
+_UNSAFE = {
+    "gcs": ("GCS failsafe on",),
+    "battery low": ("Battery 1 low voltage failsafe", "Battery failsafe"),
+}
+"""What keeps the vehicle from arming while a failsafe acts."""
 
 
 class Copter:
@@ -91,9 +96,9 @@ class Copter:
     def request_mode(self, number: int, boot_us: int) -> int:
         """MAV_RESULT of a request for a mode by its number."""
         if number not in {mode.value for mode in Mode}:
-            name = NOT_FLOWN.get(number)
-            text = f"No such mode {number}" if name is None else f"Mode change to {name} failed: not in this mock"
-            self.news.say(WARNING, text)
+            failed, *before = NOT_FLOWN.get(number, ("",))
+            for text in (*before, f"Mode change to {failed}" if failed else f"No such mode {number & 0xFF}"):
+                self.news.say(WARNING, text)
             return FAILED
         mode = Mode(number)
         reason = self._mode_refused(mode, boot_us)
@@ -102,7 +107,7 @@ class Copter:
             return ACCEPTED
         if reason == _INIT_FAILED and self.mission.items:
             self.news.say(CRITICAL, "Auto: Missing Takeoff Cmd")
-        self.news.say(WARNING, f"Mode change to {mode.name} failed: {reason}")
+        self.news.say(WARNING, f"Mode change to {mode.text} failed: {reason}")
         return FAILED
 
     def _mode_refused(self, mode: Mode, boot_us: int) -> str:
@@ -118,19 +123,20 @@ class Copter:
         if mode is self.mode:
             return
         self.mode, self.news.mode_changed = mode, True
+        self.mission.leave()
         self._idle_since_us = boot_us
         if self._estimate is not None:
             self.flight.enter(mode, self._estimate, boot_us)
-            if mode is Mode.AUTO and self.armed:
+            if mode is Mode.AUTO and (self.armed or not self.mission.items):
                 self._begin_mission(boot_us)
 
     def start_mission(self, boot_us: int) -> int:
-        """MAV_RESULT of MAV_CMD_MISSION_START: AUTO from its first item."""
-        if not self.armed:
-            return FAILED
-        self.mission.current = 0
+        """MAV_RESULT of MAV_CMD_MISSION_START: AUTO from its first item; also disarmed, where nothing moves."""
         if self.mode is not Mode.AUTO:
-            return self.request_mode(Mode.AUTO, boot_us)
+            self.mission.current = 0
+            if self.request_mode(Mode.AUTO, boot_us) != ACCEPTED:
+                return FAILED
+        self.mission.current = 0
         self._begin_mission(boot_us)
         return ACCEPTED
 
@@ -143,7 +149,12 @@ class Copter:
 
     def complaints(self, boot_us: int) -> list[str]:
         """Why the vehicle may not be armed now; SYS_STATUS PREARM_CHECK says whether there is anything."""
-        return complaints(self._boot.at, self.mode, bool(self._params["ARMING_CHECK"]), boot_us)
+        reasons = complaints(self._boot.at, self.mode, bool(self._params["ARMING_CHECK"]), boot_us)
+        if self.mode is Mode.AUTO and not self.mission.items:
+            reasons.append("Mode requires mission")
+        for failsafe, told in _UNSAFE.items():
+            reasons += told if failsafe in self.in_failsafe else ()
+        return reasons
 
     def arm(self, boot_us: int, forced: bool) -> int:
         """MAV_RESULT of an arming request."""
@@ -153,7 +164,7 @@ class Copter:
         if self.ground.flipped_us is not None:
             reasons = ["Vehicle is upside down"]
         elif not self.mode.can_be_armed and not reasons:
-            reasons = [f"{self.mode.name} mode not armable"]
+            reasons = [f"{self.mode.text} mode not armable"]
         if reasons:
             for reason in reasons:
                 self.news.say(CRITICAL, f"Arm: {reason}")
@@ -174,6 +185,7 @@ class Copter:
         """Disarm, whatever the vehicle does."""
         if self.armed:
             self.armed = False
+            self.mission.finish(is_flown=self.mode is Mode.AUTO and self.is_landing)
             self.flight.navigator.reset()
             self.news.disarmed()
 
@@ -186,17 +198,36 @@ class Copter:
         down_m = self.home_ned_m[2] - height_m
         if not math.isfinite(height_m) or down_m >= self._estimate.position_ned_m[2]:
             return FAILED
-        self.flight.take_off(down_m, self._estimate, boot_us)
+        since_us = self.flight.takeoff_us if self.flight.is_taking_off(self.mode) else boot_us
+        self.flight.take_off(down_m, self._estimate, since_us)
         self._idle_since_us = boot_us
         return ACCEPTED
 
-    def turn(self, degrees: float, is_relative: bool, direction: float, boot_us: int) -> int:
-        """MAV_RESULT of MAV_CMD_CONDITION_YAW."""
+    def turn(self, degrees: float, rate: float, is_relative: bool, direction: float, boot_us: int) -> int:
+        """MAV_RESULT of MAV_CMD_CONDITION_YAW, with a rate in degrees/s; 0: as fast as ATC_SLEW_YAW allows."""
         if self.mode is not Mode.GUIDED or self.landed or self._estimate is None or not 0 <= degrees <= 360:
             return FAILED
         angle = math.radians(degrees)
         yaw_rad = self.flight.navigator.yaw_rad + math.copysign(angle, direction or 1.0) if is_relative else angle
-        self.flight.turn(wrap_pi(yaw_rad), self._estimate, boot_us)
+        self.flight.turn(wrap_pi(yaw_rad), math.radians(abs(rate)), self._estimate, boot_us)
+        return ACCEPTED
+
+    def go_to_item(self, index: int) -> int:
+        """MAV_RESULT of MAV_CMD_DO_SET_MISSION_CURRENT."""
+        return ACCEPTED if self.mission.set_current(index) else FAILED
+
+    def pause(self, is_pause: bool) -> int:
+        """MAV_RESULT of MAV_CMD_DO_PAUSE_CONTINUE: stop on the way of AUTO, or go on."""
+        if self.mode is not Mode.AUTO:
+            return FAILED
+        self.mission.pause(is_pause)
+        return ACCEPTED
+
+    def look_at(self, place_ned_m: Vec3, boot_us: int) -> int:
+        """MAV_RESULT of MAV_CMD_DO_SET_ROI_LOCATION: GUIDED turns its nose there (and does not follow the place)."""
+        if self._estimate is not None and self.mode is Mode.GUIDED and not self.landed:
+            n, e, _ = (there - here for there, here in zip(place_ned_m, self._estimate.position_ned_m, strict=True))
+            self.flight.turn(math.atan2(e, n), 0.0, self._estimate, boot_us)
         return ACCEPTED
 
     def change_speed(self, speed_m_s: float) -> int:
@@ -242,7 +273,7 @@ class Copter:
             self._idle_since_us = boot_us
             self.flight.navigator.reset()
             self.news.landed(self.ground.flown_us(boot_us), boot_us)
-        if not self.landed:
+        if self.armed and not self.landed:
             self.news.flies_at(self.home_ned_m[2] - estimate.position_ned_m[2])
         self.news.step(self.ground.flown_us(boot_us), boot_us)
         if self.armed:
@@ -269,7 +300,7 @@ class Copter:
         if not ground.landed:
             return
         delay_s = self._params["DISARM_DELAY"]
-        if self.is_landing and ground.landed_us > self.armed_us:
+        if self.mode is Mode.LAND or (self.is_landing and ground.landed_us > self.armed_us):
             if boot_us - ground.landed_us >= _DISARM_AFTER_US:
                 self.stop_motors()
         elif delay_s > 0 and boot_us - self._idle_since_us >= (delay_s + _IDLE_MORE_S) * 1e6:

@@ -64,7 +64,7 @@ class Failsafes:
             return
         if boot_us - self._heard_us < 1e6 * params["FS_GCS_TIMEOUT"] - 2 * _CHECK_EVERY_US:
             self._clear_ground_station("GCS Failsafe Cleared")
-        elif "gcs" not in copter.in_failsafe and copter.armed:
+        elif "gcs" not in copter.in_failsafe:
             copter.in_failsafe.add("gcs")
             copter.news.say(WARNING, "GCS Failsafe")
             self._act(_GCS_ACTIONS.get(int(params["FS_GCS_ENABLE"]), Mode.RTL), boot_us)
@@ -125,7 +125,7 @@ class Failsafes:
 
     def _act(self, mode: Mode, boot_us: int) -> None:
         """A vehicle on the ground is disarmed; a failsafe does not call back from a landing."""
-        if self._copter.landed:
+        if self._copter.landed or not self._copter.armed:
             self._copter.stop_motors()
         elif self._copter.mode is not Mode.LAND:
             self._copter.select(mode, boot_us)

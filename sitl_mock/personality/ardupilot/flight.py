@@ -84,11 +84,11 @@ class Flight:
         self._climb_to_m = None
         self.setpoint, self._setpoint_us = setpoint, boot_us
 
-    def turn(self, yaw_rad: float, estimate: Estimate, boot_us: int) -> None:
-        """Head there while GUIDED goes on with what it does."""
+    def turn(self, yaw_rad: float, rate_rad_s: float, estimate: Estimate, boot_us: int) -> None:
+        """Head there, at a rate (0: the fastest), while GUIDED goes on with what it does."""
         followed = self.setpoint if isinstance(self.setpoint, KinematicSetpoint) else None
         followed = followed or KinematicSetpoint(position_ned_m=self._hold_ned_m)
-        self.take(replace(followed, yaw_rad=yaw_rad, yaw_rate_rad_s=None), estimate, boot_us)
+        self.take(replace(followed, yaw_rad=yaw_rad, yaw_rate_rad_s=rate_rad_s or None), estimate, boot_us)
 
     # --- what the commander asks -------------------------------------------------------------------------------
 
@@ -180,7 +180,7 @@ class Flight:
     def _head(self, setpoint: KinematicSetpoint, dt_s: float) -> None:
         navigator = self.navigator
         if setpoint.yaw_rad is not None:
-            navigator.turn_to(setpoint.yaw_rad, dt_s)
+            navigator.turn_to(setpoint.yaw_rad, dt_s, setpoint.yaw_rate_rad_s)
         elif setpoint.yaw_rate_rad_s is not None:
             navigator.turn(setpoint.yaw_rate_rad_s, dt_s)
         elif self._params["WP_YAW_BEHAVIOR"]:

@@ -7,13 +7,16 @@ from typing import Literal
 
 from sitl_mock.geometry import ZERO3, Vec3
 from sitl_mock.personality.ardupilot.demand import Demand
+from sitl_mock.personality.ardupilot.leg import Leg, Route
 from sitl_mock.personality.ardupilot.navigation import Navigator
 from sitl_mock.personality.ardupilot.parameters import Parameters
 from sitl_mock.sensors import Estimate
 
 Stage = Literal["none", "climb", "home", "wait", "land"]
 
-_REACHED_M = 0.3
+_LEAST_HEIGHT_M, _LEAST_SLOPE = 2.0, 0.5
+_AHEAD_ALWAYS = 1
+"""WP_YAW_BEHAVIOR; with 2, the default, the nose stays in a return."""
 _CM = 0.01
 
 
@@ -30,33 +33,60 @@ class Homeward:
         self.stage: Stage = "none"
         self._stage_us = 0
         self._start_ned_m: Vec3 = ZERO3
+        self._route: Route | None = None
 
     def begin(self, stage: Stage, start_ned_m: Vec3, boot_us: int) -> None:
         """Begin with a stage; a climb goes straight up from `start_ned_m`."""
         self.stage, self._stage_us, self._start_ned_m = stage, boot_us, start_ned_m
+        self._route = None
 
     def demand(self, estimate: Estimate, home_ned_m: Vec3, boot_us: int, dt_s: float) -> Demand:
         """What the stage asks for now."""
         if self.stage == "land":
             return self.land(estimate, home_ned_m, dt_s)
-        navigator, (n, e, d) = self._navigator, estimate.position_ned_m
-        height_m = min(self._start_ned_m[2], home_ned_m[2] - _CM * self._params["RTL_ALT"])
-        if self.stage == "climb":
-            navigator.fly_to((*self._start_ned_m[:2], height_m), dt_s)
-            self._go_on(d - height_m < _REACHED_M, "home", boot_us)
-            return Demand(*navigator.control(estimate, dt_s))
-        navigator.fly_to((*home_ned_m[:2], height_m), dt_s)
-        if self.stage == "home":
+        navigator = self._navigator
+        if self._route is None:
+            self._route = Route(self._leg(home_ned_m))
+        navigator.fly_leg(self._route, dt_s)
+        if self.stage == "home" and self._params["WP_YAW_BEHAVIOR"] == _AHEAD_ALWAYS:
             navigator.look_ahead(dt_s)
-            self._go_on(math.hypot(n - home_ned_m[0], e - home_ned_m[1]) < _REACHED_M, "wait", boot_us)
         else:
             navigator.keep_heading()
+        demand = Demand(*navigator.control(estimate, dt_s))
+        if self.stage == "climb":
+            self._go_on(self._route.is_over, "home", boot_us)
+        elif self.stage == "home":
+            n, e, _ = estimate.position_ned_m
+            is_near = math.hypot(n - home_ned_m[0], e - home_ned_m[1]) < _CM * self._params["WPNAV_RADIUS"]
+            self._go_on(self._route.is_over and is_near, "wait", boot_us)
+        else:
             self._go_on(boot_us - self._stage_us >= 1e3 * self._params["RTL_LOIT_TIME"], "land", boot_us)
-        return Demand(*navigator.control(estimate, dt_s))
+        return demand
+
+    def _leg(self, home_ned_m: Vec3) -> Leg:
+        """Straight up, or home at the height that was climbed to."""
+        if self.stage == "climb":
+            goal = (*self._start_ned_m[:2], self._return_down_m(home_ned_m))
+        else:
+            goal = (*home_ned_m[:2], self._navigator.target_ned_m[2])
+        return self._navigator.leg_to(self._navigator.target_ned_m, goal)
+
+    def _return_down_m(self, home_ned_m: Vec3) -> float:
+        """RTL_ALT, near home no more than RTL_CONE_SLOPE times the distance; never less than 2 m nor than now.
+
+        The order is that of ArduCopter's source.
+        """
+        n, e, d = self._start_ned_m
+        least = max(_LEAST_HEIGHT_M, home_ned_m[2] - d + _CM * max(0.0, self._params["RTL_CLIMB_MIN"]))
+        height, slope = max(_CM * self._params["RTL_ALT"], least), self._params["RTL_CONE_SLOPE"]
+        if slope >= _LEAST_SLOPE:
+            height = min(height, max(slope * math.hypot(n - home_ned_m[0], e - home_ned_m[1]), least))
+        return home_ned_m[2] - height
 
     def _go_on(self, is_over: bool, stage: Stage, boot_us: int) -> None:
         if is_over:
             self.stage, self._stage_us = stage, boot_us
+            self._route = None if stage == "home" else self._route
 
     def land(self, estimate: Estimate, home_ned_m: Vec3, dt_s: float) -> Demand:
         """WPNAV_SPEED_DN (or LAND_SPEED_HIGH) down to LAND_ALT_LOW above home, then LAND_SPEED."""

@@ -18,6 +18,8 @@ RTL: int = mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH
 LOITER_UNLIMITED: int = mavlink.MAV_CMD_NAV_LOITER_UNLIM
 LOITER_TIME: int = mavlink.MAV_CMD_NAV_LOITER_TIME
 CHANGE_SPEED: int = mavlink.MAV_CMD_DO_CHANGE_SPEED
+WAYPOINT: int = mavlink.MAV_CMD_NAV_WAYPOINT
+SPLINE: int = mavlink.MAV_CMD_NAV_SPLINE_WAYPOINT
 _NAMES: dict[int, str] = {
     TAKEOFF: "Takeoff",
     LAND: "Land",
@@ -25,9 +27,14 @@ _NAMES: dict[int, str] = {
     LOITER_UNLIMITED: "LoitUnlim",
     LOITER_TIME: "LoitTime",
     CHANGE_SPEED: "ChangeSpeed",
-    mavlink.MAV_CMD_NAV_WAYPOINT: "WP",
-    mavlink.MAV_CMD_NAV_SPLINE_WAYPOINT: "SplineWP",
+    WAYPOINT: "WP",
+    SPLINE: "SplineWP",
     mavlink.MAV_CMD_NAV_LOITER_TURNS: "LoitTurns",
+}
+_STATES: dict[str, int] = {
+    "waits": mavlink.MISSION_STATE_NOT_STARTED,
+    "flies": mavlink.MISSION_STATE_ACTIVE,
+    "over": mavlink.MISSION_STATE_COMPLETE,
 }
 _MOST_ITEMS = 724
 _ABOVE_HOME = (3, 6, 10, 11)
@@ -44,11 +51,16 @@ class Mission:
         texts: (severity, STATUSTEXT) to be sent.
         reached: numbers for MISSION_ITEM_REACHED.
         home_ned_m: what item 0 shows.
+        has_jumped: the item in force was set from outside, and is to be begun.
+        is_paused: the vehicle is to stand on its way.
     """
 
     def __init__(self) -> None:
         self.items: tuple[MissionItem, ...] = ()
         self.current = 0
+        self.has_jumped = False
+        self.is_paused = False
+        self._stage = "waits"
         self.texts: list[tuple[int, str]] = []
         self.reached: list[int] = []
         self.home_ned_m: Vec3 = (0.0, 0.0, 0.0)
@@ -65,7 +77,7 @@ class Mission:
 
     def plan(self, mission_type: int) -> tuple[MissionItem, ...]:
         """The stored items, home first."""
-        if mission_type != MISSION:
+        if mission_type != MISSION or not self.items:
             return ()
         x, y = geodetic(self.home_ned_m)
         home = MissionItem(mavlink.MAV_CMD_NAV_WAYPOINT, 0, (0.0,) * 4, x, y, HOME_ALTITUDE_M - self.home_ned_m[2])
@@ -74,7 +86,7 @@ class Mission:
     def replace(self, mission_type: int, items: tuple[MissionItem, ...]) -> None:
         """A new plan, whose first item counts as home; empty clears it."""
         if mission_type == MISSION:
-            self.items, self.current = items[1:], 0
+            self.items, self.current, self._stage = items[1:], 0, "waits"
             if items:
                 self.texts.append((_INFO, "Flight plan received"))
 
@@ -82,7 +94,7 @@ class Mission:
         """Go to an item."""
         if not 0 <= index <= len(self.items):
             return False
-        self.current = index
+        self.current, self.has_jumped = index, True
         return True
 
     def say(self, severity: int, text: str) -> None:
@@ -98,20 +110,65 @@ class Mission:
     @property
     def item(self) -> MissionItem | None:
         """The item in force; None before the first and after the last."""
-        return self.items[self.current - 1] if 1 <= self.current <= len(self.items) else None
+        is_flown = self._stage == "flies" and 1 <= self.current <= len(self.items)
+        return self.items[self.current - 1] if is_flown else None
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether a place to fly to follows on the item in force."""
+        after = (item.command for item in self.items[self.current :])
+        following = next((command for command in after if command != CHANGE_SPEED), None)
+        return following is not None and following != RTL
+
+    @property
+    def is_over(self) -> bool:
+        """Whether its last item has been flown."""
+        return bool(self.items) and self._stage == "over"
+
+    @property
+    def state(self) -> int:
+        """MISSION_STATE of MISSION_CURRENT."""
+        if not self.items and self._stage == "waits":
+            return int(mavlink.MISSION_STATE_NO_MISSION)
+        if self._stage == "flies" and self.is_paused:
+            return int(mavlink.MISSION_STATE_PAUSED)
+        return _STATES[self._stage]
+
+    def begin(self) -> None:
+        """Take it up: the item in force is the next one to be begun; after the last one, the first."""
+        self.current = 0 if self._stage == "over" and not self.has_jumped else max(0, self.current - 1)
+        self.has_jumped = self.is_paused = False
+
+    def leave(self) -> None:
+        """Another mode is flown."""
+        self._stage = "over" if self._stage == "over" else "waits"
+
+    def pause(self, is_pause: bool) -> None:
+        """Stop on the way, or go on."""
+        self.is_paused = is_pause
+
+    def finish(self, is_flown: bool) -> None:
+        """The vehicle is disarmed: the next flight begins anew. `is_flown`: that was what the item asked for."""
+        if is_flown and self.item is not None:
+            self.reach(is_told=False)
+            self._stage = "over"
+        self.current = 0
 
     def go_on(self) -> MissionItem | None:
-        """The next item; None when there is none any more."""
-        self.current = min(self.current + 1, len(self.items) + 1)
-        item = self.item
-        if item is not None:
-            self.texts.append((_INFO, f"Mission: {self.current} {_NAMES[item.command]}"))
+        """The next item; None when there is none any more, and the last one stays the current one."""
+        self._stage = "flies" if self.current < len(self.items) else "over"
+        if self._stage == "over":
+            return None
+        self.current += 1
+        item = self.items[self.current - 1]
+        self.texts.append((_INFO, f"Mission: {self.current} {_NAMES[item.command]}"))
         return item
 
-    def reach(self) -> None:
-        """The item in force has been flown."""
-        self.reached.append(self.current)
-        self.texts.append((_INFO, f"Reached command #{self.current}"))
+    def reach(self, is_told: bool = True) -> None:
+        """The item in force has been flown. Of several in one moment the last alone is told, as on the real one."""
+        self.reached = [self.current]
+        if is_told:
+            self.texts.append((_INFO, f"Reached command #{self.current}"))
 
 
 def place_of(item: MissionItem, here_ned_m: Vec3, home_ned_m: Vec3) -> Vec3:

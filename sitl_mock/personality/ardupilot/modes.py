@@ -23,6 +23,11 @@ class Mode(IntEnum):
     SMART_RTL = 21
 
     @property
+    def text(self) -> str:
+        """As ArduCopter writes it in its texts."""
+        return self.name.replace("_RTL", "RTL")
+
+    @property
     def needs_position(self) -> bool:
         """Whether it wants a position estimate to be armed or entered in the air."""
         return self not in _WITHOUT_POSITION
@@ -56,19 +61,18 @@ class Mode(IntEnum):
 _WITHOUT_POSITION = (Mode.STABILIZE, Mode.ACRO, Mode.ALT_HOLD, Mode.LAND, Mode.GUIDED_NOGPS)
 _NOT_ARMABLE = (Mode.AUTO, Mode.RTL, Mode.CIRCLE, Mode.LAND, Mode.BRAKE, Mode.SMART_RTL)
 
-NOT_FLOWN = {
-    11: "DRIFT",
-    13: "SPORT",
-    14: "FLIP",
-    15: "AUTOTUNE",
-    18: "THROW",
-    19: "AVOID_ADSB",
-    22: "FLOWHOLD",
-    23: "FOLLOW",
-    24: "ZIGZAG",
-    25: "SYSTEMID",
-    26: "AUTOROTATE",
-    27: "AUTO_RTL",
-    28: "TURTLE",
+NOT_FLOWN: dict[int, tuple[str, ...]] = {
+    11: ("DRIFT failed: not in this mock",),
+    13: ("SPORT failed: not in this mock",),
+    14: ("FLIP failed: init failed",),
+    15: ("AUTOTUNE failed: init failed",),
+    18: ("THROW failed: not in this mock",),
+    19: ("AVOID_ADSB failed: not in this mock",),
+    22: ("FLOWHOLD failed: init failed",),
+    23: ("FOLLOW failed: init failed", "Set FOLL_ENABLE = 1"),
+    24: ("ZIGZAG failed: not in this mock",),
+    25: ("SYSTEMID failed: init failed", "No axis selected, SID_AXIS = 0"),
+    27: ("AUTO RTL failed: No return path or landing sequence found", "Unable to start landing sequence"),
+    28: ("TURTLE failed: init failed",),
 }
-"""ArduCopter's other modes, which the mock refuses."""
+"""ArduCopter's other modes, which the mock refuses: what follows "Mode change to", and what is said before it."""

@@ -15,6 +15,7 @@ from sitl_mock import inner_loops
 from sitl_mock.geometry import ZERO3, Quaternion, Vec3, from_euler, wrap_pi
 from sitl_mock.personality.ardupilot.attitude import AttitudeInput, sqrt_control
 from sitl_mock.personality.ardupilot.guided import KinematicSetpoint
+from sitl_mock.personality.ardupilot.leg import Leg, Route
 from sitl_mock.personality.ardupilot.parameters import Parameters
 from sitl_mock.sensors import Estimate
 
@@ -23,6 +24,7 @@ _BRAKING = 0.6
 """Part of the vertical acceleration that is planned for braking, as the recorded takeoff shows."""
 _LEASH_M = 3.0
 _FASTEST_M_S = 50.0
+_UNLIMITED = 1e3
 _TURN_ABOVE_M_S = 0.5
 _CM = 0.01
 
@@ -110,6 +112,20 @@ class Navigator:
         part = speed / distance if distance > 1e-9 else 0.0
         self.follow_velocity((n * part, e * part, self._vertical(d, limits)), dt_s, limits)
 
+    def leg_to(self, start_ned_m: Vec3, goal_ned_m: Vec3) -> Leg:
+        """The way of a mission or a return, within the limits of the WPNAV_ parameters."""
+        limits = self._limits()
+        n, e, d = (goal - here for goal, here in zip(goal_ned_m, start_ned_m, strict=True))
+        level, length = math.hypot(n, e), math.hypot(n, e, d)
+        vertical = limits.down_m_s if d > 0 else limits.up_m_s
+        speed = min(_of_part(limits.speed_m_s, level, length), _of_part(vertical, d, length))
+        acceleration = min(_of_part(limits.acceleration_m_s2, level, length), _of_part(limits.vertical_m_s2, d, length))
+        return Leg.between(start_ned_m, goal_ned_m, speed, acceleration, max(0.1, self._params["WPNAV_JERK"]))
+
+    def fly_leg(self, route: Route, dt_s: float) -> None:
+        """Go on along a leg."""
+        self.target_ned_m, self.velocity_ned_m_s, self._acceleration_ned_m_s2 = route.go_on(dt_s)
+
     def descend(self, speed_m_s: float, dt_s: float, acceleration_m_s2: float | None = None) -> None:
         """Straight down (or up, below 0), at most with an acceleration: that of WPNAV_ACCEL_Z if none is given."""
         limits = self._limits()
@@ -163,9 +179,10 @@ class Navigator:
 
     # --- heading -----------------------------------------------------------------------------------------------
 
-    def turn_to(self, yaw_rad: float, dt_s: float) -> None:
-        """Turn the heading towards an angle, no faster than ATC_SLEW_YAW."""
-        most_rad = math.radians(_CM * self._params["ATC_SLEW_YAW"]) * dt_s
+    def turn_to(self, yaw_rad: float, dt_s: float, rate_rad_s: float | None = None) -> None:
+        """Turn the heading towards an angle, no faster than ATC_SLEW_YAW, or at a rate."""
+        fastest = math.radians(_CM * self._params["ATC_SLEW_YAW"])
+        most_rad = (fastest if rate_rad_s is None else min(fastest, abs(rate_rad_s))) * dt_s
         change = max(-most_rad, min(most_rad, wrap_pi(yaw_rad - self.yaw_rad)))
         self.yaw_rad, self._yaw_rate_rad_s = wrap_pi(self.yaw_rad + change), change / dt_s
 
@@ -211,6 +228,11 @@ class Navigator:
 
     def _level(self) -> Quaternion:
         return from_euler(0.0, 0.0, self.yaw_rad)
+
+
+def _of_part(limit: float, part: float, whole: float) -> float:
+    """The limit of the whole vector when one of its part is given."""
+    return limit * whole / abs(part) if abs(part) > 1e-6 else _UNLIMITED
 
 
 def _clipped(velocity: Vec3) -> Vec3:

@@ -46,7 +46,7 @@ class Parameters:
         self.version = 0
         self._lists: dict[Port, int] = {}
         self._list_due_us: dict[Port, int] = {}
-        self._reads: list[tuple[int, Port, str]] = []
+        self._reads: list[tuple[int, Port, str, int]] = []
 
     def __getitem__(self, name: str) -> float:
         return self._values[name]
@@ -61,7 +61,7 @@ class Parameters:
         if math.isfinite(value):
             self.version += 1
             whole = _RANGES.get(_rows()[_index()[name]].wire_type)
-            self._values[name] = value if whole is None else float(max(whole[0], min(whole[1], round(value))))
+            self._values[name] = value if whole is None else float(max(whole[0], min(whole[1], int(value))))
 
     def is_listing(self, port: Port) -> bool:
         """Whether a list is being sent there."""
@@ -72,18 +72,18 @@ class Parameters:
         self._lists[port], self._list_due_us[port] = 0, boot_us + _BURST_US
 
     def request(self, message: Message, port: Port, boot_us: int) -> None:
-        """Obey PARAM_REQUEST_READ, after a while as the real one; an unknown name gets no answer."""
-        name = _name(message.param_id)
+        """Obey PARAM_REQUEST_READ, after a while as the real one; one asked for by name comes without index, if at all."""
+        name, index = _name(message.param_id), NO_INDEX
         if message.param_index >= 0:
-            rows = _rows()
-            name = rows[message.param_index].name if message.param_index < len(rows) else ""
+            rows, index = _rows(), message.param_index
+            name = rows[index].name if index < len(rows) else ""
         if name in self._values:
-            self._reads.append((boot_us + _READ_AFTER_US, port, name))
+            self._reads.append((boot_us + _READ_AFTER_US, port, name, index))
 
     def obey_set(self, message: Message) -> str | None:
-        """Obey PARAM_SET; the name that was set, None for one that is not there."""
+        """Obey PARAM_SET; the name that was set, None for one that is not there or a value that is no number."""
         name = _name(message.param_id)
-        if name not in self._values:
+        if name not in self._values or not math.isfinite(message.param_value):
             return None
         self.set(name, message.param_value)
         return name
@@ -91,8 +91,8 @@ class Parameters:
     def step(self, boot_us: int) -> None:
         """Send what is due of lists and reads."""
         while self._reads and self._reads[0][0] <= boot_us:
-            _, port, name = self._reads.pop(0)
-            port.send(self.message(name, _index()[name]))
+            _, port, name, index = self._reads.pop(0)
+            port.send(self.message(name, index))
         for port in list(self._lists) if self._lists else ():
             if boot_us >= self._list_due_us[port]:
                 self._send_burst(port)
@@ -115,4 +115,4 @@ class Parameters:
 
 def _name(param_id: str | bytes) -> str:
     text = param_id if isinstance(param_id, str) else param_id.decode("ascii", "replace")
-    return text.split("\0", 1)[0].upper()
+    return text.split("\0", 1)[0]

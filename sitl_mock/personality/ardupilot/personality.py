@@ -18,7 +18,7 @@ from sitl_mock.personality.ardupilot.flight import Flight
 from sitl_mock.personality.ardupilot.missions import Mission
 from sitl_mock.personality.ardupilot.modes import Mode
 from sitl_mock.personality.ardupilot.navigation import Navigator
-from sitl_mock.personality.ardupilot.news import INFO, News
+from sitl_mock.personality.ardupilot.news import INFO, WARNING, News
 from sitl_mock.personality.ardupilot.parameters import Parameters
 from sitl_mock.personality.ardupilot.picture import Picture
 from sitl_mock.personality.ardupilot.reporter import Reporter
@@ -34,6 +34,11 @@ _PARAMETERS = ("PARAM_REQUEST_READ", "PARAM_REQUEST_LIST", "PARAM_SET")
 _ITEMS = ("MISSION_ITEM", "MISSION_ITEM_INT")
 _ADDRESSED = (*SETPOINTS, *_PARAMETERS, "REQUEST_DATA_STREAM", "RC_CHANNELS_OVERRIDE")
 """Messages that are looked at only if they are for this system, or for all."""
+_OLD_KINDS = {
+    "MISSION_ITEM": "got MISSION_ITEM; GCS should send MISSION_ITEM_INT",
+    "MISSION_REQUEST": "got MISSION_REQUEST; use MISSION_REQUEST_INT!",
+}
+_ASK_FOR_INT_EVERY_US = 60_000_000
 _BANNER = ("ArduCopter V4.7.0-dev (8fdb6a37)", "3d1219c7c4c5404aaa1f6d2a48adfda4", "Frame: QUAD/{frame}")
 
 
@@ -51,7 +56,7 @@ class ArduCopter:
         news = News(self._boot, params)
         self.copter = Copter(self._boot, params, self._flight, mission, news, hover)
         self._setpoints = Setpoints(self.copter)
-        self._missions = MissionServer(config.system_id, mission)
+        self._missions = MissionServer(config.system_id, mission, in_order=False)
         self._failsafes = Failsafes(self.copter, params)
         self._reporter = Reporter(ports, params, self._boot.at.heartbeat_us, self._picture)
         self._commands = Commands(config.system_id, self.copter, params, script, self._reporter)
@@ -60,6 +65,7 @@ class ArduCopter:
         self._was_position_control = False
         self._truth, self._estimate = VehicleState(), estimate
         self._now_us = 0
+        self._ask_for_int_us: dict[str, int] = {}
 
     @property
     def mode(self) -> str:
@@ -114,6 +120,7 @@ class ArduCopter:
                 port.send(mavlink.MAVLink_mission_ack_message(*sender, result, 0))
         elif self._missions.handles(kind):
             self._missions.handle(message, sender, port, boot_us)
+            self._ask_for_int(kind, boot_us)
             if kind == "MISSION_SET_CURRENT":
                 self._reporter.request(port, mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)
                 self._reporter.send_requested(boot_us)
@@ -125,6 +132,13 @@ class ArduCopter:
             if message.type == mavlink.MAV_TYPE_GCS:
                 port.ground_station_us = boot_us
         self._send_news(boot_us)
+
+    def _ask_for_int(self, kind: str, boot_us: int) -> None:
+        """Once in a while: that the kinds with whole numbers are the better ones."""
+        text = _OLD_KINDS.get(kind)
+        if text is not None and boot_us >= self._ask_for_int_us.get(kind, 0):
+            self._ask_for_int_us[kind] = boot_us + _ASK_FOR_INT_EVERY_US
+            self.copter.news.say(WARNING, text)
 
     def _take(self, kind: str, message: Message, port: Port, boot_us: int) -> None:
         if kind in SETPOINTS:
@@ -170,7 +184,7 @@ class ArduCopter:
         self._reporter.send_due(boot_us)
         self._send_news(boot_us)
         demand = self._demand
-        self._was_position_control = self.copter.mode.holds_position if demand is None else demand.is_position_control
+        self._was_position_control = self._holds_on_ground() if demand is None else demand.is_position_control
 
     def _send_news(self, boot_us: int) -> None:
         copter = self.copter
@@ -203,12 +217,18 @@ class ArduCopter:
             self._failsafes.breaches,
             self._failsafes.is_outside,
             round(1000 + 1000 * self._flight.throttle_stick),
-            (copter.mission.current, len(copter.mission.items)),
+            (copter.mission.current, len(copter.mission.items), copter.mission.state, int(copter.mode is Mode.AUTO)),
         )
+
+    def _holds_on_ground(self) -> bool:
+        """As seen: a vehicle that has returned and is disarmed steers to nowhere any more."""
+        copter = self.copter
+        has_returned = copter.mode is Mode.RTL or (copter.mode is Mode.AUTO and copter.mission.is_over)
+        return copter.mode.holds_position and (copter.armed or not has_returned)
 
     def _landed_state(self) -> int:
         copter = self.copter
-        if copter.landed:
+        if copter.landed or not copter.armed:
             return int(mavlink.MAV_LANDED_STATE_ON_GROUND)
         if self._flight.is_taking_off(copter.mode):
             return int(mavlink.MAV_LANDED_STATE_TAKEOFF)
@@ -219,4 +239,5 @@ class ArduCopter:
             return int(mavlink.MAV_STATE_BOOT)
         if self.copter.in_failsafe:
             return int(mavlink.MAV_STATE_CRITICAL)
-        return int(mavlink.MAV_STATE_STANDBY if self.copter.landed else mavlink.MAV_STATE_ACTIVE)
+        is_idle = self.copter.landed or not self.copter.armed
+        return int(mavlink.MAV_STATE_STANDBY if is_idle else mavlink.MAV_STATE_ACTIVE)

@@ -31,6 +31,7 @@ class Picture:
         target_ned_m: where the position control steers, None while it does not.
         is_position_control, is_height_control: what the mode holds.
         fence_breaches: how many times the fence was left; `is_outside` whether it is now.
+        mission: the fields of MISSION_CURRENT.
         stick_us: PWM of the throttle channel.
     """
 
@@ -55,7 +56,7 @@ class Picture:
     fence_breaches: int
     is_outside: bool
     stick_us: int
-    mission: tuple[int, int]
+    mission: tuple[int, int, int, int]
 
     @property
     def boot_ms(self) -> int:

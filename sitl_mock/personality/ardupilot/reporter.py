@@ -90,13 +90,13 @@ class Reporter:
             for port in self._streams:
                 for message_id in ids:
                     _send_built(port, message_id, picture)
+        for number in mission.reached:
+            self.send_everywhere(mavlink.MAVLink_mission_item_reached_message(number))
+        mission.reached.clear()
         for texts in (news.texts, mission.texts):
             for severity, text in texts:
                 self._send_text(severity, text)
             texts.clear()
-        for number in mission.reached:
-            self.send_everywhere(mavlink.MAVLink_mission_item_reached_message(number))
-        mission.reached.clear()
         for name in news.parameters:
             self.send_everywhere(self._params.message(name))
         news.parameters.clear()

@@ -172,8 +172,7 @@ def _to_go(picture: Picture) -> Vec3:
 
 def mission_current(picture: Picture) -> Message:
     """MISSION_CURRENT."""
-    current, total = picture.mission
-    return mavlink.MAVLink_mission_current_message(current, total)
+    return mavlink.MAVLink_mission_current_message(*picture.mission)
 
 
 def fence_status(picture: Picture) -> Message:

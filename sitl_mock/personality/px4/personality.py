@@ -47,6 +47,9 @@ class Px4:
         self._origin = ORIGINS[release]
         parameters = px4_parameters(release, config.system_id, config.com_rcl_except, vehicle)
         self._params = ParameterServer(parameters, ports, burst_us(release))
+        if not self._params["MAV_PROTO_VER"]:
+            for port in ports:
+                port.begin_with(1)
         self._reporter = Reporter(release, ports, config.streams, estimate)
         self._readings = Readings(release, self._origin, estimate, config.sensors.accelerometer_noise_m_s2)
         self._home = Home(ZERO3, estimate.euler_rad[2], 0)

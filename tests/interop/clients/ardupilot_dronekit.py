@@ -30,7 +30,7 @@ seen["version"] = [vehicle.version.major, vehicle.version.minor]
 seen["parameters"] = len(vehicle.parameters)
 vehicle.parameters["WPNAV_SPEED_UP"] = 300
 wait_until(lambda: vehicle.parameters["WPNAV_SPEED_UP"] == 300)
-seen["battery"] = vehicle.battery.voltage > 10
+wait_until(lambda: vehicle.battery.voltage is not None and vehicle.battery.voltage > 10)
 
 vehicle.mode = dronekit.VehicleMode("GUIDED")
 wait_until(lambda: vehicle.mode.name == "GUIDED")

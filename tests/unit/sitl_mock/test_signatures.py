@@ -43,24 +43,36 @@ def acks(frames):
     return [decode(frame).result for frame in frames if message_id(frame) == ACK]
 
 
-def test_a_port_answers_in_the_version_that_it_was_last_spoken_to(pilot):
-    p = pilot().run(2.0)
-    assert {frame_version(frame) for _, frame in p.frames} == {2}
-    for version in (1, 2, 1):
+@pytest.mark.parametrize(("options", "first"), [({}, 1), ({"firmware": "1.16"}, 2), ({"autopilot": "ardupilot"}, 2)])
+def test_version_1_is_spoken_by_px4_1_13_until_it_hears_2(pilot, options, first):
+    """As the real ones: 1.13's MAV_PROTO_VER is 0, 1.16's is 2; ArduPilot's ports speak 2. None goes back to 1."""
+    p = pilot(**options).run(2.0)
+    assert {frame_version(frame) for _, frame in p.frames} == {first}
+    for version, answered in ((1, first), (2, 2), (1, 2)):
         encoder = Encoder(255, 190, version)
         p.forget()
         p.send(HEARTBEAT, encoder)
         p.run(2.0)
-        assert {frame_version(frame) for _, frame in p.frames} == {version}
+        assert {frame_version(frame) for _, frame in p.frames} == {answered}
         [ack] = [m for m in p.send(ASK_VERSION, encoder) if m.get_type() == "AUTOPILOT_VERSION"]
         assert ack.flight_sw_version
 
 
+def test_after_a_reboot_version_1_is_spoken_again(pilot):
+    p = pilot().run(1.0)
+    p.send(HEARTBEAT, Encoder(255, 190))
+    for port in p.mock.ports:
+        port.restart()
+    p.forget()
+    p.run(1.0)
+    assert {frame_version(frame) for _, frame in p.frames} == {1}
+
+
 def test_a_radios_report_says_nothing_of_the_version(pilot):
     p = pilot()
-    send(p, Encoder(51, 68, version=1).encode(RADIO_STATUS))
+    send(p, Encoder(51, 68, version=2).encode(RADIO_STATUS))
     p.run(1.1)
-    assert {frame_version(frame) for _, frame in p.frames} == {2}
+    assert {frame_version(frame) for _, frame in p.frames} == {1}
 
 
 def test_version_1_gets_no_message_with_an_id_above_255(pilot):

@@ -105,7 +105,7 @@ def test_modes_that_cannot_be_armed(copter, number, name):
     assert vehicle.mock.mode == name
     vehicle.forget()
     assert vehicle.command(400, 1) == [4]
-    assert vehicle.texts() == [f"Arm: {name} mode not armable"]
+    assert vehicle.texts() == [f"Arm: {'Mode requires mission' if name == 'AUTO' else f'{name} mode not armable'}"]
 
 
 def test_modes_by_number_and_message(copter):
