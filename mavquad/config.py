@@ -14,7 +14,7 @@ from pydantic import Field
 
 from mavquad.agent_params import AgentParams
 from mavquad.errors import ConfigError
-from mavquad.schema import parse_section
+from mavquad.schema import parse_section, read_toml
 from mavquad.trajectory_file import with_trajectory
 
 DEFAULT_NAME = "mock.toml"
@@ -35,22 +35,6 @@ def default_path() -> Path:
     package = Path(__file__).resolve().parent
     inside = package / "configs" / DEFAULT_NAME
     return inside if inside.exists() else package.parent / "configs" / DEFAULT_NAME
-
-
-def read_toml(path: Path) -> dict[str, Any]:
-    """The tables of a TOML file.
-
-    Raises:
-        ConfigError: the file is missing, cannot be read, or is not TOML.
-    """
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise ConfigError(str(path), "", "no such file") from None
-    except OSError as error:
-        raise ConfigError(str(path), "", f"cannot be read ({(error.strerror or str(error)).lower()})") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(str(path), "", f"not a TOML file: {error}") from None
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import difflib
 import json
+import tomllib
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -26,6 +28,24 @@ class Section(BaseModel):
 
 
 S = TypeVar("S", bound=Section)
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The tables of a TOML file.
+
+    Raises:
+        ConfigError: the file is missing, cannot be read, or is not TOML.
+    """
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ConfigError(str(path), "", "no such file") from None
+    except OSError as error:
+        raise ConfigError(str(path), "", f"cannot be read ({(error.strerror or str(error)).lower()})") from None
+    except RecursionError:
+        raise ConfigError(str(path), "", "not a TOML file: nested too deeply") from None
+    except ValueError as error:  # no UTF-8, no TOML, a number of thousands of digits, or a path with a zero byte
+        raise ConfigError(str(path), "", f"not a TOML file: {error}") from None
 
 
 def parse_section(model: type[S], table: Mapping[str, Any], path: str, prefix: str = "") -> S:

@@ -37,7 +37,9 @@ def _run(app: Callable[[], object]) -> int:
 
 
 def tell(*lines: str) -> None:
-    """Print lines on stderr; one who no longer reads changes nothing."""
+    """Print lines on stderr; one who no longer reads, or has closed it, changes nothing."""
+    if sys.stderr is None:
+        return
     with contextlib.suppress(OSError):
         print(*lines, sep="\n", file=sys.stderr, flush=True)  # noqa: T201 - for people
 

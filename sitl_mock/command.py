@@ -193,7 +193,7 @@ async def _serve(specs: list[VehicleSpec], speed: float, answer_all: bool, annou
         gc.freeze()  # what was imported stays: looking through it again would stop all vehicles for tens of milliseconds
         await server.run()
     # Behind the ^C that a terminal shows.
-    tell(*([""] if sys.stderr.isatty() else []), *summary_lines(server, clock))
+    tell(*([""] if sys.stderr is not None and sys.stderr.isatty() else []), *summary_lines(server, clock))
 
 
 def _wait_for_end_of_input(loop: asyncio.AbstractEventLoop, server: Server) -> None:

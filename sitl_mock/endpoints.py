@@ -27,6 +27,7 @@ PX4_ONBOARD_CLIENT_LAST = 14549
 """PX4's instances from the tenth on all speak to this one (its px4-rc.mavlink), or their ports would overlap."""
 ARDUPILOT_PORTS = (5760, 5762, 5763)
 """SERIAL0, SERIAL1, SERIAL2."""
+_PORT_MAX = 65535
 ARDUPILOT_STEP = 10
 """Between the ports of two instances of ArduPilot."""
 
@@ -57,10 +58,18 @@ class LinkSpec:
     waits: bool = False
 
     def of_vehicle(self, number: int) -> LinkSpec:
-        """The same link of the vehicle of that number, from 0."""
+        """The same link of the vehicle of that number, from 0.
+
+        Raises:
+            EndpointError: its port would be beyond the last one.
+        """
         if self.listen is None or self.listen.port == 0:
             return self
-        return replace(self, listen=replace(self.listen, port=self.listen.port + number))
+        port = self.listen.port + number
+        if port > _PORT_MAX:
+            url = f"{self.transport}in:{self.listen.host}:{self.listen.port}"
+            raise EndpointError(url, f"vehicle {number + 1} would listen at port {port}", f"ports end at {_PORT_MAX}")
+        return replace(self, listen=replace(self.listen, port=port))
 
 
 def parse_endpoint(url: str, autopilot: Autopilot) -> LinkSpec:

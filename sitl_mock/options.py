@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from mavquad.errors import ConfigError, InputError
-from mavquad.schema import parse_section
+from mavquad.schema import parse_section, read_toml
 from sitl_mock.config import MockConfig
 from sitl_mock.config.faults import load_faults
 from sitl_mock.config.vehicle import load_vehicle
@@ -46,12 +45,7 @@ def load_config(path: Path | None, options: Options, vehicle: str | None, faults
 
 
 def _table(path: Path) -> dict[str, Any]:
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigError(str(path), "", f"cannot be read ({(error.strerror or str(error)).lower()})") from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ConfigError(str(path), "", f"not a TOML file: {error}") from None
+    document = read_toml(path)
     table = document.get("mock", document)
     if not isinstance(table, dict):
         raise ConfigError(str(path), "mock", "must be a table")

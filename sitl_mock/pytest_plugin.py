@@ -59,7 +59,10 @@ def mock_vehicle(request: pytest.FixtureRequest, mock_vehicles: Callable[..., Ve
         if marker.args:
             pytest.fail(f"the marker {_MARKER} takes keywords only, e.g. autopilot='px4'", pytrace=False)
         arguments |= marker.kwargs
-    return mock_vehicles(**arguments | getattr(request, "param", {}))
+    given = getattr(request, "param", {})
+    if not isinstance(given, dict):
+        pytest.fail(f"mock_vehicle: a parameter is a dict of its arguments, not {given!r}", pytrace=False)
+    return mock_vehicles(**arguments | given)
 
 
 def _vehicle(live: bool, arguments: dict[str, Any], running: contextlib.ExitStack) -> Vehicle:

@@ -19,10 +19,10 @@ from mavquad.analysis.margins import DELAY_MAX_S
 from mavquad.analysis.tune_report import NAMES, ChannelReport, TuneReport, tune_report
 from mavquad.cli.flight import load_config
 from mavquad.cli.terminal import QuietConsole, say, shown
-from mavquad.config import Config, Override, read_toml, with_overrides
+from mavquad.config import Config, Override, with_overrides
 from mavquad.drivers.run_folder import to_json
 from mavquad.errors import EXIT_OK, InputError
-from mavquad.schema import parse_section
+from mavquad.schema import parse_section, read_toml
 
 _OUTPUT_UNITS = {"vertical": (1e3, "mm"), "horizontal": (1e3, "mm"), "yaw": (57.29578, "deg")}
 _INPUT_UNITS = {"torque": "rad/s²", "rate": "rad/s", "attitude": "rad"}

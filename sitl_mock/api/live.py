@@ -7,7 +7,7 @@ import contextlib
 import threading
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future
+from concurrent.futures import CancelledError, Future
 from pathlib import Path
 from typing import Any, Self, TypeVar
 
@@ -89,8 +89,7 @@ class LiveVehicle:
             EndpointError: a port cannot be opened.
         """
         self._thread.start()
-        _, server = self._started.result(_ANSWER_LIMIT_S)
-        self.urls = [client_url(link) for link in server.vehicles[0].links]
+        self._started.result(_ANSWER_LIMIT_S)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -100,8 +99,6 @@ class LiveVehicle:
             InternalError: the mock failed while it ran.
         """
         loop, server = self._started.result()
-        if self._failure is None and server.vehicles[0].autopilot is not None:
-            self._last = self.truth
         with contextlib.suppress(RuntimeError):  # it failed, and its loop is closed
             loop.call_soon_threadsafe(server.stop)
         self._thread.join(_ANSWER_LIMIT_S)
@@ -114,10 +111,13 @@ class LiveVehicle:
                 vehicle = server.vehicles[0]
                 overheard: list[Transport] = [_Overheard(link, self._story, vehicle) for link in vehicle.links]
                 vehicle.links[:] = overheard
+                self.urls = [client_url(link) for link in overheard]
                 self._started.set_result((asyncio.get_running_loop(), server))
                 watch = asyncio.create_task(self._watch(vehicle))
                 await server.run()
                 watch.cancel()
+                if vehicle.autopilot is not None:
+                    self._last = vehicle.autopilot.truth()
         except Exception as error:  # noqa: BLE001 - handed on to the thread that asks
             self._failure = error
             if not self._started.done():
@@ -142,7 +142,12 @@ class LiveVehicle:
                 raise TimeoutError("the vehicle has not booted: no client has connected")
             return question(mock)
 
-        return asyncio.run_coroutine_threadsafe(answer(), loop).result(_ANSWER_LIMIT_S)
+        asked = answer()
+        try:
+            return asyncio.run_coroutine_threadsafe(asked, loop).result(_ANSWER_LIMIT_S)
+        except (RuntimeError, CancelledError):  # its loop has just ended
+            asked.close()
+            raise InternalError(f"the mock vehicle is gone: {self._failure or 'switched off'}") from self._failure
 
     # --- as a virtual one ----------------------------------------------------------------------------------------
 

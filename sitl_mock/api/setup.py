@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from mavquad.errors import ConfigError
 from mavquad.schema import parse_section
 from sitl_mock.config import Autopilot, MockConfig
 from sitl_mock.config.faults import Fault, faults_of, load_faults
@@ -41,7 +42,7 @@ def vehicle_config(
     Raises:
         ConfigError: a value is not allowed; says which, and what is.
     """
-    table: dict[str, Any] = {"autopilot": autopilot, "firmware": firmware, "wind_ned_m_s": list(wind)}
+    table: dict[str, Any] = {"autopilot": autopilot, "firmware": firmware, "wind_ned_m_s": _listed("wind", wind)}
     # A link without delay costs nothing; who wants to know how a client bears one says so.
     table |= {"link": {"latency_ms": 0.0}} | keys
     if isinstance(vehicle, str | Path):
@@ -55,4 +56,14 @@ def vehicle_config(
 def _faults(faults: FaultTables, config: MockConfig) -> tuple[Fault, ...]:
     if isinstance(faults, str | Path):
         return load_faults(Path(faults), config.autopilot)
-    return faults_of([dict(fault) for fault in faults], WHOSE, config.autopilot)
+    tables = _listed("faults", faults)
+    if not all(isinstance(fault, Mapping) for fault in tables):
+        raise ConfigError(WHOSE, "faults", 'must be tables, e.g. [{"kind": "silent", "from_s": 60.0, "for_s": 2.0}]')
+    return faults_of(tables, WHOSE, config.autopilot)
+
+
+def _listed(key: str, given: Any) -> list[Any]:
+    """What a user gave as a sequence; one table, one text or a number is none."""
+    if isinstance(given, str | Mapping) or not isinstance(given, Iterable):
+        raise ConfigError(WHOSE, key, f"must be a list (given: {given!r})")
+    return list(given)

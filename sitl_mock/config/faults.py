@@ -5,7 +5,6 @@ A fault file is a TOML file with a table `[[fault]]` for each.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -13,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from mavquad.errors import ConfigError
-from mavquad.schema import Section, parse_section
+from mavquad.schema import Section, parse_section, read_toml
 from sitl_mock.config.fault_base import SINCE, Command, Duration, MessageName, Moment, Result, Times, Window, meant
 from sitl_mock.config.link_faults import Corrupt, Delay, Drop, Duplicate, Jitter, Reorder
 from sitl_mock.config.vehicle_faults import (
@@ -165,13 +164,7 @@ def load_faults(path: Path, autopilot: str | None = None) -> tuple[Fault, ...]:
     Raises:
         ConfigError: names the file, the entry's number and kind, the key, and what is allowed.
     """
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigError(str(path), "", f"cannot be read ({(error.strerror or str(error)).lower()})") from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ConfigError(str(path), "", f"not a TOML file: {error}") from None
-    return _checked(table, str(path), autopilot)
+    return _checked(read_toml(path), str(path), autopilot)
 
 
 def faults_of(entries: Sequence[Mapping[str, Any]], whose: str, autopilot: str | None = None) -> tuple[Fault, ...]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import tomllib
+import os
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from mavquad.errors import ConfigError
-from mavquad.schema import Section, parse_section
+from mavquad.schema import Section, parse_section, read_toml
 from sitl_mock.battery import BatteryParams
 from sitl_mock.config.numbers import NotNegative, Positive
 from sitl_mock.plant import TICK_S, Frame, VehicleParams
@@ -165,16 +165,7 @@ def load_vehicle(name_or_path: str) -> VehicleConfig:
     path = Path(name_or_path)
     if name_or_path in vehicle_names():
         path = _VEHICLES / f"{name_or_path}.toml"
-    return parse_section(VehicleConfig, _table(path), str(path))
-
-
-def _table(path: Path) -> dict[str, object]:
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
+    elif not os.path.lexists(path):
         names = ", ".join(vehicle_names())
-        raise ConfigError(str(path), "", f"no such file, and no vehicle of that name (there are: {names})") from None
-    except OSError as error:
-        raise ConfigError(str(path), "", f"cannot be read ({(error.strerror or str(error)).lower()})") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(str(path), "", f"not a TOML file: {error}") from None
+        raise ConfigError(str(path), "", f"no such file, and no vehicle of that name (there are: {names})")
+    return parse_section(VehicleConfig, read_toml(path), str(path))

@@ -6,10 +6,11 @@ from dataclasses import asdict
 
 import pytest
 
-from mavquad.config import Config, Override, default_path, dump, load, parse_override, read_toml, with_overrides
+from mavquad.config import Config, Override, default_path, dump, load, parse_override, with_overrides
 from mavquad.control.defaults import CHAIN_LENGTHS, defaults
 from mavquad.errors import ConfigError
 from mavquad.flight.machine import Phase
+from mavquad.schema import read_toml
 
 POLES = "[[-1, 0], [-1, 0], [-1, 0], [-2, 0]]"
 

@@ -94,7 +94,8 @@ def _natural(times: Numbers, values: Numbers) -> tuple[Any, Numbers]:
 
     Where long times follow short ones, rounding makes it miss by 1e-6 m; what it misses by is fitted once more.
     """
-    from scipy.interpolate import BSpline, make_interp_spline  # takes half a second to import, and most flights need no spline
+    # Takes half a second to import, and most flights need no spline.
+    from scipy.interpolate import BSpline, make_interp_spline
 
     if len(times) <= 3:
         return make_interp_spline(times, values, len(times) - 1), times[:1]

@@ -166,8 +166,8 @@ def test_an_endpoint_that_is_none():
         (["--gusts", "-1"], "error: --gusts: Input should be greater than or equal to 0"),
         (["--ready", "nan"], "error: --ready: Input should be a finite number"),
         (["--vehicle", "zeppelin"], "zeppelin: no such file, and no vehicle of that name (there are: "),
-        (["--fault", "none.toml"], "error: none.toml: cannot be read (no such file or directory)"),
-        (["--config", "none.toml"], "error: none.toml: cannot be read (no such file or directory)"),
+        (["--fault", "none.toml"], "error: none.toml: no such file"),
+        (["--config", "none.toml"], "error: none.toml: no such file"),
         (["--config", "."], "cannot be read (is a directory)"),
         (["--endpoint", "14540"], "error: 14540: not an endpoint of the mock"),
         (["--endpoint", "udpin:127.0.0.1:99999"], "port 99999 is out of range"),
@@ -226,3 +226,10 @@ def test_ctrl_c_while_it_starts_is_no_error(monkeypatch, capsys):
         cli.main()
     assert ended.value.code == 130
     assert capsys.readouterr().err == "interrupted\n"
+
+
+def test_a_closed_stderr_changes_nothing():
+    command = f'"{sys.executable}" -m sitl_mock --announce --endpoint udpin:127.0.0.1:0 2>&-'
+    ended = subprocess.run(["sh", "-c", command], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, timeout=60)
+    assert ended.returncode == 0
+    assert json.loads(ended.stdout)["url"].startswith("udpout:")

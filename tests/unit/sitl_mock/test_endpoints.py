@@ -95,3 +95,10 @@ def test_any_text_is_a_link_or_an_error_of_ours(head, rest):
         assert parse_endpoint(head + rest, "px4").transport in ("udp", "tcp")
     except EndpointError as error:
         assert error.hint
+
+
+def test_ports_of_further_vehicles_end_at_65535():
+    spec = parse_endpoint("udpin:127.0.0.1:65534", "px4")
+    assert spec.of_vehicle(1).listen.port == 65535
+    with pytest.raises(EndpointError, match="vehicle 3 would listen at port 65536"):
+        spec.of_vehicle(2)

@@ -80,7 +80,7 @@ def test_a_typo_is_named(load, tmp_path, text, key, words):
 
 
 def test_no_such_file(tmp_path):
-    with pytest.raises(ConfigError, match="cannot be read"):
+    with pytest.raises(ConfigError, match="no such file"):
         load_faults(tmp_path / "none.toml")
 
 
@@ -103,3 +103,13 @@ def test_every_mode_of_an_autopilot_can_be_named():
     for autopilot in ("px4", "ardupilot"):
         faults = [{"kind": "mode_change", "mode": mode, "since": mode} for mode in mode_names(autopilot)]
         assert len(parse_section(MockConfig, {"autopilot": autopilot, "faults": faults}, "x").faults) == len(faults) > 5
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [("a = " + "[" * 5000 + "]" * 5000, "nested too deeply"), ("a = 1" + "0" * 5000, "4300 digits")],
+    ids=["depth", "digits"],
+)
+def test_what_no_parser_bears_is_no_toml_file(load, text, words):
+    with pytest.raises(ConfigError, match=f"not a TOML file: .*{words}"):
+        load(text)

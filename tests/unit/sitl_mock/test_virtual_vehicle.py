@@ -223,7 +223,7 @@ def test_the_link_fails_now():
         ({"firmware": "4.7"}, "firmware 4.7 is none of px4's"),
         ({"autopilot": "betaflight"}, "autopilot"),
         ({"faults": [{"kind": "silnt"}]}, "did you mean silent?"),
-        ({"faults": "no/such/file.toml"}, "no/such/file.toml: cannot be read"),
+        ({"faults": "no/such/file.toml"}, "no/such/file.toml: no such file"),
         ({"wnd": (1, 2, 3)}, "wnd: unknown key"),
         ({"wind": (1, 2)}, "wind_ned_m_s"),
         ({"vehicle": "sihh"}, "sihh"),
@@ -278,3 +278,17 @@ def test_only_what_exists_is_exported():
     assert sorted(sitl_mock.__all__) == ["LiveVehicle", "VirtualVehicle"]
     with pytest.raises(AttributeError, match="no attribute 'FlyingVehicle'"):
         _ = sitl_mock.FlyingVehicle
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"wind": 3.0}, "wind: must be a list"),
+        ({"wind": None}, "wind: must be a list"),
+        ({"faults": {"kind": "silent"}}, "faults: must be a list"),
+        ({"faults": ["silent"]}, "faults: must be tables"),
+    ],
+)
+def test_arguments_of_the_wrong_kind_are_named(arguments, words):
+    with pytest.raises(ConfigError, match=words):
+        VirtualVehicle(**arguments)
