@@ -1,5 +1,9 @@
 """The command line without its sockets: options, files, help, messages. (With them: tests/live, and the interop tests.)"""
 
+import json
+import subprocess
+import sys
+
 import pytest
 from typer.testing import CliRunner
 

@@ -112,7 +112,7 @@ def test_every_handled_message_is_in_the_dialect():
 
 @pytest.mark.parametrize("firmware", ["1.13", "1.16"])
 @pytest.mark.parametrize("in_flight", [False, True], ids=["on the ground", "hovering"])
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(messages=st.lists(MESSAGES, min_size=1, max_size=12))
 def test_no_message_ends_the_mock(pilot, firmware, in_flight, messages):
     p = pilot(firmware=firmware)
