@@ -41,38 +41,6 @@ class Estimate:
     reset_count: int = 0
 
 
-class _Sample(Estimate):
-    """An estimate that works each field out when it is first asked for: at most ticks nobody asks for most of them.
-
-    The sample lies `back_s` before the state `after` a tick, less than a tick: position, velocity and attitude are
-    followed back from there, the body rates are linear between the ticks.
-    """
-
-    __slots__ = ("_after", "_back_s", "_before", "_errors", "_offset_m")
-
-    def __init__(
-        self,
-        stamp_us: int,
-        truth: tuple[VehicleState, VehicleState, float],
-        errors: list[float],
-        offset: tuple[Vec3, int],
-        battery: Battery,
-    ) -> None:
-        self.stamp_us = stamp_us
-        self._before, self._after, self._back_s = truth
-        self._errors = errors
-        self._offset_m, self.reset_count = offset
-        self.battery = battery
-
-    def __getattr__(self, name: str) -> Any:
-        work_out = _FIELDS.get(name)
-        if work_out is None:
-            raise AttributeError(name)
-        value = work_out(self)
-        setattr(self, name, value)
-        return value
-
-
 def _position_ned_m(sample: _Sample) -> Vec3:
     state, errors, back = sample._after, sample._errors, sample._back_s
     (x, y, z), (vx, vy, vz), (ax, ay, az) = state.position_ned_m, state.velocity_ned_m_s, state.acceleration_ned_m_s2
@@ -114,14 +82,47 @@ def _specific_force_frd_m_s2(sample: _Sample) -> Vec3:
     return (x + errors[12], y + errors[13], z + errors[14])
 
 
-_FIELDS: dict[str, Callable[[_Sample], Any]] = {
-    "position_ned_m": _position_ned_m,
-    "velocity_ned_m_s": _velocity_ned_m_s,
-    "quaternion": _quaternion,
-    "euler_rad": _euler_rad,
-    "rates_frd_rad_s": _rates_frd_rad_s,
-    "specific_force_frd_m_s2": _specific_force_frd_m_s2,
-}
+class _WhenAsked:
+    """A field that is worked out when it is first asked for, and is from then on an attribute like any other."""
+
+    def __init__(self, work_out: Callable[[_Sample], Any]) -> None:
+        self._work_out = work_out
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, sample: _Sample, owner: type) -> Any:
+        value = sample.__dict__[self._name] = self._work_out(sample)
+        return value
+
+
+class _Sample(Estimate):
+    """An estimate that works each field out when it is first asked for: at most ticks nobody asks for most of them.
+
+    The sample lies `back_s` before the state `after` a tick, less than a tick: position, velocity and attitude are
+    followed back from there, the body rates are linear between the ticks.
+    """
+
+    position_ned_m: Any = _WhenAsked(_position_ned_m)
+    velocity_ned_m_s: Any = _WhenAsked(_velocity_ned_m_s)
+    quaternion: Any = _WhenAsked(_quaternion)
+    euler_rad: Any = _WhenAsked(_euler_rad)
+    rates_frd_rad_s: Any = _WhenAsked(_rates_frd_rad_s)
+    specific_force_frd_m_s2: Any = _WhenAsked(_specific_force_frd_m_s2)
+
+    def __init__(
+        self,
+        stamp_us: int,
+        truth: tuple[VehicleState, VehicleState, float],
+        errors: list[float],
+        offset: tuple[Vec3, int],
+        battery: Battery,
+    ) -> None:
+        self.stamp_us = stamp_us
+        self._before, self._after, self._back_s = truth
+        self._errors = errors
+        self._offset_m, self.reset_count = offset
+        self.battery = battery
 
 
 class Estimator:

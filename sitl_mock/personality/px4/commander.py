@@ -289,8 +289,8 @@ class Commander:
         return Situation(
             self.intended,
             self.mode,
-            self.armed,
-            self.landed,
+            self._arming.armed,
+            self.ground.landed,
             self._has_stream(boot_us),
             links.has_sticks,
             links.had_sticks,
@@ -304,6 +304,8 @@ class Commander:
 
     def _end_mode(self, boot_us: int) -> None:
         """What comes after a takeoff, and what a mission asks for."""
+        if self.mode is Mode.OFFBOARD:
+            return
         if self.mode in (Mode.TAKEOFF, Mode.VTOL_TAKEOFF) and self.guidance.takeoff.done:
             self.mode = self.intended = self._after_flight = Mode.LOITER
             view, takeoff = self.view(boot_us), self.guidance.takeoff

@@ -33,6 +33,8 @@ class Mode(Enum):
     PRECLAND = "AUTO.PRECLAND"
     VTOL_TAKEOFF = "AUTO.VTOL_TAKEOFF"
 
+    __hash__ = object.__hash__  # as members are compared; that of Enum is a call of Python
+
     @property
     def custom_mode(self) -> int:
         """The number in HEARTBEAT.custom_mode."""

@@ -190,8 +190,9 @@ class Px4:
         self._estimate, self._boot_us = estimate, boot_us
         if self._reads_parameters:
             self._read_parameters()
-        self.commander.step(truth, estimate, self._controls.thrust_norm, boot_us)
-        if not self.commander.armed or self.commander.terminated:
+        commander = self.commander
+        commander.step(truth, estimate, self._controls.thrust_norm, boot_us)
+        if not commander.armed or commander.terminated:
             self._loops = inner_loops.LoopState(attitude_target=estimate.quaternion)
             self._controls = inner_loops.TorqueSetpoint(ZERO3, 0.0)
             self._attitude_thrust_norm = 0.0
@@ -200,7 +201,7 @@ class Px4:
             return self._motors
         if truth.on_ground:
             self._loops = inner_loops.LoopState(attitude_target=self._loops.attitude_target)
-        setpoint = self._setpoint = self.commander.setpoint(boot_us, dt_s)
+        setpoint = self._setpoint = commander.setpoint(boot_us, dt_s)
         self._controls, self._loops = inner_loops.step(self._gains, self._loops, setpoint, estimate, dt_s)
         if not isinstance(setpoint, inner_loops.RatesSetpoint):
             self._attitude_thrust_norm = self._controls.thrust_norm
@@ -216,7 +217,8 @@ class Px4:
         if self.commander.broadcasts:
             self._broadcast()
         self._mission_reports.step(self.commander.mode is Mode.MISSION, boot_us)
-        self._texts.send(boot_us)
+        if self.commander.texts:
+            self._texts.send(boot_us)
 
     def _broadcast(self) -> None:
         for command, params in self.commander.broadcasts:
