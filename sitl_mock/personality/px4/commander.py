@@ -128,7 +128,9 @@ class Commander:
         """MAV_RESULT of an arming request."""
         if self.armed:
             return ACCEPTED
+        is_unmanned = self.is_113 and self.mode.needs_sticks and not self.links.has_sticks
         reason = self._arming.denied(self.mode, self._can_arm_in(self.intended, boot_us), boot_us)
+        reason = reason or ("Arming denied! manual control lost" if is_unmanned else "")
         if reason:
             self.say(CRITICAL, reason)
             return TEMPORARILY_REJECTED

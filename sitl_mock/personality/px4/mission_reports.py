@@ -19,8 +19,9 @@ _AGAIN_EVERY_US = 100_000
 class MissionReports:
     """Sends MISSION_CURRENT when it changes, MISSION_ITEM_REACHED at once and the last one another ten times."""
 
-    def __init__(self, plan: MissionPlan, flight: MissionFlight, ports: Sequence[Port]) -> None:
+    def __init__(self, plan: MissionPlan, flight: MissionFlight, ports: Sequence[Port], is_113: bool) -> None:
         self._plan = plan
+        self._is_113 = is_113
         self._flight = flight
         self._ports = ports
         self._is_flown = False
@@ -30,7 +31,9 @@ class MissionReports:
         self._due_us = 0
 
     def current(self) -> Message:
-        """MISSION_CURRENT; without a mission as recorded on 1.16."""
+        """MISSION_CURRENT; without a mission as recorded on 1.16; 1.13 knows its first field alone."""
+        if self._is_113:
+            return mavlink.MAVLink_mission_current_message(self._plan.current if self._plan.items else 0)
         count = len(self._plan.items)
         if not count:
             return mavlink.MAVLink_mission_current_message(0, _NO_MISSION)

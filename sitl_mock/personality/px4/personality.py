@@ -77,7 +77,7 @@ class Px4:
             self._reporter.send_interval,
         )
         self._missions = MissionServer(config.system_id, commander.mission)
-        self._mission_reports = MissionReports(commander.mission, commander.guidance.mission, ports)
+        self._mission_reports = MissionReports(commander.mission, commander.guidance.mission, ports, commander.is_113)
         self._texts = Texts(ports, commander.texts)
         self._boot_us = 0
         self._handlers = self._all_handlers()

@@ -1,6 +1,6 @@
 """STATUSTEXT: goes out only where a ground station is heard, long texts in chunks of 50 characters.
 
-PX4 ends the texts that it also sends as events with a tab, and so do all of these.
+PX4 ends the texts that it also sends as events with a tab, and so do all of these but two.
 """
 
 from __future__ import annotations
@@ -13,11 +13,12 @@ from sitl_mock.port import Port
 _GROUND_STATION_LOST_US = 5_000_000
 _BACKLOG = 16
 _CHUNK = 50
+_WITHOUT_TAB = ("Mode not suitable for takeoff", "Arming denied! manual control lost")
 
 
 def statustexts(severity: int, text: str, number: int) -> list[Message]:
     """The messages of one text; one that fills its last chunk is ended by an empty one."""
-    data = f"{text}\t".encode()[: _CHUNK * 255]
+    data = (text if text in _WITHOUT_TAB else f"{text}\t").encode()[: _CHUNK * 255]
     chunks = [data[start : start + _CHUNK] for start in range(0, len(data), _CHUNK)]
     if len(data) > _CHUNK and len(chunks[-1]) == _CHUNK:
         chunks.append(b"")

@@ -105,3 +105,12 @@ def test_every_mode_has_its_number_and_its_name():
     numbers = [mode.custom_mode for mode in Mode]
     assert len(set(numbers)) == len(numbers)
     assert all(mode.spoken for mode in Mode)
+
+
+def test_px4_1_13_is_not_armed_in_a_mode_of_the_pilot_without_one(pilot):
+    """As the real 1.13.3, also with COM_RCL_EXCEPT 4."""
+    p = pilot().run(1.2)
+    p.send(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3))
+    p.command(176, 1, 3, 0)
+    assert p.command(400, 1) == [1]
+    assert not p.mock.truth().armed
