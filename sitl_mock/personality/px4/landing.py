@@ -9,6 +9,8 @@ from sitl_mock.personality.px4.view import IDLE, View
 
 _STOPPING_S = 0.5
 _ACCELERATION_M_S2 = 1.0
+_CONTACT_S = 0.35
+"""PX4's ground contact: who leans into the wind hops as the ground levels it, and is not to fly off again."""
 _WITHOUT_PILOT_M_S = 0.55
 """Recorded on 1.16.2: POSCTL sinks with this speed when there are no sticks."""
 
@@ -21,6 +23,7 @@ class Landing:
         self._at_ned_m: Vec3 = (0.0, 0.0, 0.0)
         self._yaw_rad = 0.0
         self._speed_m_s = 0.0
+        self._contact_left_s = 0.0
 
     def enter(self, view: View) -> None:
         """Land here, ahead by the way it takes to stop."""
@@ -31,10 +34,12 @@ class Landing:
     def begin_at(self, at_ned_m: Vec3, yaw_rad: float) -> None:
         """Land at this place."""
         self._at_ned_m, self._yaw_rad, self._speed_m_s = at_ned_m, wrap_pi(yaw_rad), 0.0
+        self._contact_left_s = 0.0
 
     def setpoint(self, view: View) -> Setpoint:
         """Its place, and the speed for this height."""
-        if view.on_ground:
+        self._contact_left_s = _CONTACT_S if view.on_ground else self._contact_left_s - view.dt_s
+        if self._contact_left_s > 0.0:
             return IDLE
         wanted = _WITHOUT_PILOT_M_S if self._without_pilot else sinking_speed_m_s(view.height_m, view.settings)
         most = _ACCELERATION_M_S2 * view.dt_s
