@@ -78,7 +78,8 @@ class MockAutopilot:
         self.script = Script(config.faults, self._start_us)
         signatures = signatures_of(config.signing, len(ports))
         self.ports = tuple(
-            Port(kind, config.system_id, signs, self._start_us) for kind, signs in zip(ports, signatures, strict=True)
+            Port(kind, config.system_id, signs, self._start_us, config.mavlink == "in_kind")
+            for kind, signs in zip(ports, signatures, strict=True)
         )
         self._motor_commands = _OFF
         self._wakes_us = self._start_us

@@ -16,7 +16,10 @@ _RADIO_STATUS = mavlink.MAVLINK_MSG_ID_RADIO_STATUS
 
 
 class Port:
-    """A link of the autopilot. It speaks MAVLink 2, or 1 until it hears 2 (`first_version`, seen on PX4 1.13).
+    """A link of the autopilot. It begins with MAVLink 2, or with 1 (`first_version`, seen on PX4 1.13).
+
+    With `in_kind` it answers in the version that it was last spoken to; without, as the real ones: what was begun with
+    1 goes on with 2 once 2 is heard, and nobody ever goes back to 1.
 
     Attributes:
         kind: what the autopilot takes it for.
@@ -26,10 +29,17 @@ class Port:
         spoil: what faults make of a message that is to be sent: itself, another one, or None for not now.
         signatures: None: they are not looked at.
         now_us: Unix time, for the signatures' timestamps.
-        first_version: of MAVLink, after boot. One who speaks 1 is answered in it as well: no autopilot goes back to 1.
+        first_version: of MAVLink, after boot.
     """
 
-    def __init__(self, kind: PortKind, system_id: int, signatures: Signatures | None = None, now_us: int = 0) -> None:
+    def __init__(
+        self,
+        kind: PortKind,
+        system_id: int,
+        signatures: Signatures | None = None,
+        now_us: int = 0,
+        in_kind: bool = True,
+    ) -> None:
         self.kind = kind
         self.frames: list[bytes] = []
         self.heard = False
@@ -38,6 +48,7 @@ class Port:
         self.signatures = signatures
         self.now_us = now_us
         self.first_version = 2
+        self._in_kind = in_kind
         self._encoder = Encoder(system_id, AUTOPILOT_COMPONENT)
 
     def lets_in(self, frame: bytes, now_us: int) -> bool:
@@ -48,7 +59,8 @@ class Port:
         self.heard = True
         # A radio's own report says nothing of who is behind it.
         if message_id(frame) != _RADIO_STATUS:
-            self._encoder.version = max(self._encoder.version, frame_version(frame))
+            heard = frame_version(frame)
+            self._encoder.version = heard if self._in_kind else max(self._encoder.version, heard)
         return True
 
     def send(self, message: Message) -> None:
@@ -70,7 +82,7 @@ class Port:
             self.frames.append(encoder.encode(message))
 
     def begin_with(self, version: int) -> None:
-        """Speak this version of MAVLink until a higher one is heard; where signatures matter, 2 in any case."""
+        """Speak this version of MAVLink until another one is heard; where signatures matter, 2 in any case."""
         if self.signatures is not None:
             return
         self.first_version = self._encoder.version = version

@@ -44,6 +44,9 @@ class MockConfig(Section):
     """MAVLink system id; the component is 1, the autopilot."""
     com_rcl_except: Annotated[int, Field(ge=0, le=31)] = 4
     """PX4's COM_RCL_EXCEPT at boot; without its bit 4, PX4 1.13 leaves OFFBOARD at once when it has no RC."""
+    mavlink: Literal["in_kind", "as_real"] = "in_kind"
+    """Which version of MAVLink a link speaks: "in_kind", the one it was last spoken to in; "as_real", like the real ones:
+    2, also to those who speak 1; PX4 1.13 begins with 1 and goes on with 2 once it hears 2."""
     ready_s: Annotated[float, Field(ge=0, le=300)] = 1.0
     """Time from boot until arming is allowed in s. ArduCopter: in GUIDED; its other moments of the start go
     with it, and 42.5 is the real one's."""

@@ -43,12 +43,16 @@ def acks(frames):
     return [decode(frame).result for frame in frames if message_id(frame) == ACK]
 
 
-@pytest.mark.parametrize(("options", "first"), [({}, 1), ({"firmware": "1.16"}, 2), ({"autopilot": "ardupilot"}, 2)])
-def test_version_1_is_spoken_by_px4_1_13_until_it_hears_2(pilot, options, first):
-    """As the real ones: 1.13's MAV_PROTO_VER is 0, 1.16's is 2; ArduPilot's ports speak 2. None goes back to 1."""
-    p = pilot(**options).run(2.0)
+AUTOPILOTS = [({}, 1), ({"firmware": "1.16"}, 2), ({"autopilot": "ardupilot"}, 2)]
+
+
+@pytest.mark.parametrize(("options", "first"), AUTOPILOTS)
+@pytest.mark.parametrize("mavlink", ["in_kind", "as_real"])
+def test_who_is_answered_in_which_version(pilot, mavlink, options, first):
+    """The real ones: 1.13's MAV_PROTO_VER is 0, 1.16's is 2; ArduPilot's ports speak 2. None goes back to 1."""
+    p = pilot(mavlink=mavlink, **options).run(2.0)
     assert {frame_version(frame) for _, frame in p.frames} == {first}
-    for version, answered in ((1, first), (2, 2), (1, 2)):
+    for version, answered in ((1, 1), (2, 2), (1, 1)) if mavlink == "in_kind" else ((1, first), (2, 2), (1, 2)):
         encoder = Encoder(255, 190, version)
         p.forget()
         p.send(HEARTBEAT, encoder)
