@@ -43,3 +43,8 @@ def test_every_file_and_test_named_exists() -> None:
 def test_every_picture_exists() -> None:
     for path in re.findall(r"!\[[^]]*\]\(([^)]+)\)", README):
         assert (ROOT / path).exists(), path
+
+
+def test_the_example_for_other_software_is_one_that_runs() -> None:
+    [block] = re.findall(r"```python\n(import math.*?)```", README, flags=re.DOTALL)
+    assert block.strip() in (ROOT / "tests" / "interop" / "test_example_pymavlink.py").read_text()
