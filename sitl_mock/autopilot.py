@@ -233,7 +233,7 @@ class MockAutopilot:
         """The true state now."""
         state = self._world.state
         return Truth(
-            self._tick_us - self._start_us,
+            self.time_us,
             state.position_ned_m,
             state.velocity_ned_m_s,
             state.quaternion,

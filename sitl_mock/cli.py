@@ -6,13 +6,13 @@ import contextlib
 import sys
 from collections.abc import Callable
 
-__all__ = ["main", "tell"]
+from mavquad.errors import EXIT_INTERNAL, EXIT_INTERRUPTED, MavquadError
 
-EXIT_INTERRUPTED = 130
+__all__ = ["main", "tell"]
 
 
 def main() -> None:
-    """Entry point. Ctrl-C while the parts are still being imported is no error either."""
+    """Entry point. Ctrl-C while the large parts are still being imported is no error either."""
     try:
         from sitl_mock.command import app
 
@@ -23,8 +23,6 @@ def main() -> None:
 
 
 def _run(app: Callable[[], object]) -> int:
-    from mavquad.errors import EXIT_INTERNAL, MavquadError
-
     try:
         app()
     except MavquadError as error:

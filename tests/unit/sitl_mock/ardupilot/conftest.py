@@ -9,15 +9,6 @@ import pytest
 
 from mavquad.protocol.codec import mavlink
 
-NO_NOISE = {
-    "position_noise_m": 0.0,
-    "position_wander_m": 0.0,
-    "velocity_noise_m_s": 0.0,
-    "attitude_noise_deg": 0.0,
-    "rates_noise_rad_s": 0.0,
-    "accelerometer_noise_m_s2": 0.0,
-    "age_ms": 0,
-}
 STABILIZE, AUTO, GUIDED, LOITER, RTL, LAND, BRAKE, GUIDED_NOGPS = 0, 3, 4, 5, 6, 9, 17, 20
 POSITION, VELOCITY, ACCELERATION = 0xDF8, 0xDC7, 0xC3F
 _HOVERING = {}
@@ -76,9 +67,3 @@ def _copter_class(pilot):
 def copter(pilot):
     """Makes pilots of an ArduCopter: `copter(seed=3, ready_s=42.5)`."""
     return _copter_class(pilot)
-
-
-@pytest.fixture
-def quiet():
-    """The sensors section without any error."""
-    return dict(NO_NOISE)
