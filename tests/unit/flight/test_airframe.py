@@ -50,6 +50,14 @@ def test_the_mean_of_what_was_seen():
     assert hover.norm == pytest.approx(0.6)
 
 
+def test_the_latest_count_most():
+    """A second of braking, then a second of hover, at 10 Hz: each 0.1 s keeps 0.4 / (0.4 + 0.1) of what was before."""
+    hover = HoverThrust(AirframeParams())
+    for tick in range(20):
+        hover.learn(0.4 if tick < 10 else 0.5, attitude()._replace(stamp_us=100_000 * tick))
+    assert hover.norm == pytest.approx(0.5 - 0.1 * 0.8**10)
+
+
 @pytest.mark.parametrize(("roll_deg", "pitch_deg", "level"), [(60.0, 0.0, 0.4), (0.0, -60.0, 0.4), (30.0, 30.0, 0.6)])
 def test_a_tilted_hover_takes_more_thrust_than_a_level_one(roll_deg, pitch_deg, level):
     hover = HoverThrust(AirframeParams())
