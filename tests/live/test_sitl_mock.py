@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from mavquad.protocol.codec import Encoder, decode, mavlink
+from mavquad.protocol.codec import Encoder, Framer, frame_source, mavlink
 
 LIMIT_S = 60
 UDP = ["--endpoint", "udpin:127.0.0.1:0"]
@@ -50,14 +50,10 @@ def heard_from(url: str) -> int:
         client.settimeout(LIMIT_S)
         client.connect((host, int(port)))
         client.send(Encoder(255, 190).encode(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)))
-        return int(
-            decode(client.recv(65535)[:300] if kind == socket.SOCK_DGRAM else first_frame(client)).get_srcSystem()
-        )
-
-
-def first_frame(client: socket.socket) -> bytes:
-    head = client.recv(10, socket.MSG_WAITALL)
-    return head + client.recv(head[1] + 2, socket.MSG_WAITALL)
+        framer, frames = Framer(), []
+        while not frames:
+            frames = framer.push(client.recv(65535))
+        return frame_source(frames[0])[0]
 
 
 def test_it_announces_every_link_and_ends_with_its_input(start: Start) -> None:
