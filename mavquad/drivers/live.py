@@ -123,10 +123,10 @@ class LiveDriver(asyncio.DatagramProtocol):
         self._timer = None
         self._guarded(lambda: self.runner.advance(self._clock.now_us()))
 
-    def command(self, name: str) -> None:
+    def command(self, name: str, *args: float) -> None:
         """Hand the operator's command to the endpoint's method of that name, and record it."""
         act = getattr(self.runner.endpoint, name)
-        self._guarded(lambda: self.runner.command(name, act, self._clock.now_us()))
+        self._guarded(lambda: self.runner.command(name, act, self._clock.now_us(), args))
 
     def _guarded(self, action: Callable[[], None]) -> None:
         """Run an action; what it raises is kept for the one who waits, since asyncio would only log it."""

@@ -17,10 +17,11 @@ from mavquad.tlog import Record
 
 @dataclass(frozen=True, slots=True)
 class OperatorEvent:
-    """A command of the operator, or the start and the end of the run."""
+    """A command of the operator with its arguments, or the start and the end of the run."""
 
     stamp_us: int
     name: str
+    args: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +96,7 @@ def _act(runner: Runner, event: OperatorEvent) -> None:
     if event.name == "end":
         runner.advance(event.stamp_us)
     else:
-        runner.command(event.name, getattr(runner.endpoint, event.name), event.stamp_us)
+        runner.command(event.name, getattr(runner.endpoint, event.name), event.stamp_us, event.args)
 
 
 def _compare(result: ReplayResult, recorded: list[tuple[int, bytes]]) -> None:

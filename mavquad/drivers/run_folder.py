@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -28,7 +29,8 @@ from mavquad.flight_record import Note, TraceRow
 from mavquad.tlog import TlogWriter
 
 FLUSH_US = 1_000_000
-EVENT_NAMES = ("start", "stop", "end")
+EVENT_ARGUMENTS = {"start": (0,), "stop": (0,), "goto": (3, 4), "land": (0,), "end": (0,)}
+"""How many arguments each event may have; goto: north, east, down in m, and yaw where it is given."""
 
 
 class RunFolder:
@@ -67,9 +69,9 @@ class RunFolder:
         """One frame that passed."""
         self._keep(lambda: self._tlog.write(stamp_us, frame, outbound))
 
-    def event(self, stamp_us: int, name: str) -> None:
+    def event(self, stamp_us: int, name: str, args: tuple[float, ...] = ()) -> None:
         """One command of the operator; on the disk at once."""
-        line = json.dumps({"stamp_us": stamp_us, "name": name})
+        line = json.dumps({"stamp_us": stamp_us, "name": name, **({"args": args} if args else {})}, allow_nan=False)
         self._keep(lambda: print(line, file=self._events, flush=True))
 
     def add(self, rows: Sequence[TraceRow], notes: Sequence[Note], now_us: int) -> None:
@@ -147,10 +149,11 @@ def read_events(path: Path) -> list[OperatorEvent]:
         raise RunFolderError(str(path / "events.jsonl"), "is damaged") from None
 
 
-def _event(stamp_us: int, name: str) -> OperatorEvent:
-    if type(stamp_us) is not int or name not in EVENT_NAMES:
-        raise ValueError(f"not an event: {name!r} at {stamp_us!r}")
-    return OperatorEvent(stamp_us, name)
+def _event(stamp_us: int, name: str, args: Sequence[float] = ()) -> OperatorEvent:
+    numbers = all(type(arg) in (int, float) and math.isfinite(arg) for arg in args)
+    if type(stamp_us) is not int or not numbers or len(args) not in EVENT_ARGUMENTS.get(name, ()):
+        raise ValueError(f"not an event: {name!r} {args!r} at {stamp_us!r}")
+    return OperatorEvent(stamp_us, name, tuple(args))
 
 
 def read_notes(path: Path) -> list[Note]:

@@ -19,8 +19,8 @@ class Recorder(Protocol):
     def frame(self, stamp_us: int, frame: bytes, outbound: bool) -> None:
         """One frame that was received, or sent."""
 
-    def event(self, stamp_us: int, name: str) -> None:
-        """One command of the operator, or the start and the end."""
+    def event(self, stamp_us: int, name: str, args: tuple[float, ...] = ()) -> None:
+        """One command of the operator with its arguments, or the start and the end."""
 
 
 class Runner:
@@ -79,12 +79,12 @@ class Runner:
         self.endpoint.receive(frame, stamp_us)
         self._drain(stamp_us)
 
-    def command(self, name: str, act: Callable[[int], None], now_us: int) -> None:
-        """Hand over a command of the operator: `act` is called with its stamp."""
+    def command(self, name: str, act: Callable[..., None], now_us: int, args: tuple[float, ...] = ()) -> None:
+        """Hand over a command of the operator: `act` is called with its stamp and its arguments, finite numbers."""
         stamp_us = self._input_stamp(now_us)
         if self._recorder is not None:
-            self._recorder.event(stamp_us, name)
-        act(stamp_us)
+            self._recorder.event(stamp_us, name, args)
+        act(stamp_us, *args)
         self._drain(stamp_us)
 
     def end(self, now_us: int | None) -> None:

@@ -264,7 +264,7 @@ class Dialogue:
         self.agent = Agent(params, START_US)
         self.sent: list[Sent] = []
         self.record: list[tuple[int, bytes, bool]] = []
-        self.events: list[tuple[int, str]] = []
+        self.events: list[tuple[int, str, tuple[float, ...]]] = []
         self.now_us = START_US
         self.powered = True
         self._notes: list[Note] = []
@@ -274,8 +274,8 @@ class Dialogue:
     def frame(self, stamp_us: int, frame: bytes, outbound: bool) -> None:
         self.record.append((stamp_us, frame, outbound))
 
-    def event(self, stamp_us: int, name: str) -> None:
-        self.events.append((stamp_us, name))
+    def event(self, stamp_us: int, name: str, args: tuple[float, ...] = ()) -> None:
+        self.events.append((stamp_us, name, args))
 
     def _on_sent(self, stamp_us: int, data: bytes) -> None:
         self.sent.append(Sent(stamp_us, decode(data), self.agent.phase))

@@ -68,7 +68,7 @@ def test_stop_right_behind_the_takeoff_lands_although_heartbeat_shows_the_takeof
 def test_stop_is_recorded_as_an_event():
     dialogue = Dialogue().run(Phase.FLYING)
     dialogue.stop()
-    assert [name for _, name in dialogue.events] == ["start", "stop"]
+    assert [name for _, name, _ in dialogue.events] == ["start", "stop"]
     assert dialogue.events[1][0] == dialogue.of("loiter")[0].stamp_us
 
 

@@ -38,6 +38,9 @@ class Echo:
     def stop(self, now_us):
         self._outbox.append(b"stopped at %d" % (now_us - START_US))
 
+    def goto(self, now_us, north_m, east_m):
+        self._outbox.append(b"at %d to %a %a" % (now_us - START_US, north_m, east_m))
+
     def datagrams_to_send(self):
         outbox, self._outbox = self._outbox, []
         return outbox
@@ -134,6 +137,12 @@ def test_time_passes_up_to_the_end_and_no_further():
 def test_an_event_behind_the_last_frame():
     records = [*RECORDS, outbound(2200, b"stopped at 2200")]
     assert result(records, [*EVENTS, OperatorEvent(START_US + 2200, "stop")]).equal
+
+
+def test_an_event_with_arguments():
+    records = [*RECORDS, outbound(2200, b"at 2200 to 0.1 -2.0")]
+    assert result(records, [*EVENTS, OperatorEvent(START_US + 2200, "goto", (0.1, -2.0))]).equal
+    assert not result(records, [*EVENTS, OperatorEvent(START_US + 2200, "goto", (0.1, -2.5))]).equal
 
 
 def test_the_mismatch_for_people_and_machines():

@@ -73,7 +73,17 @@ def test_events_are_on_the_disk_at_once(tmp_path):
     folder = RunFolder(tmp_path, "")
     folder.event(8, "start")
     folder.event(12, "stop")
-    assert read_events(tmp_path) == [OperatorEvent(8, "start"), OperatorEvent(12, "stop")]
+    folder.event(16, "goto", (0.1, -2.0, 1e-17, 3))
+    assert read_events(tmp_path) == [
+        OperatorEvent(8, "start"),
+        OperatorEvent(12, "stop"),
+        OperatorEvent(16, "goto", (0.1, -2.0, 1e-17, 3)),
+    ]
+    lines = (tmp_path / "events.jsonl").read_text().splitlines()
+    assert lines[1:] == [
+        '{"stamp_us": 12, "name": "stop"}',
+        '{"stamp_us": 16, "name": "goto", "args": [0.1, -2.0, 1e-17, 3]}',
+    ]
     folder.close()
 
 
@@ -144,6 +154,12 @@ def test_no_events(tmp_path):
         '{"stamp_us": "4", "name": "stop"}',
         '{"stamp_us": 4, "name": 5}',
         '{"stamp_us": 4, "name": "last_resort"}',
+        '{"stamp_us": 4, "name": ["stop"]}',
+        '{"stamp_us": 4, "name": "stop", "args": [1.0]}',
+        '{"stamp_us": 4, "name": "goto", "args": [1.0, 2.0]}',
+        '{"stamp_us": 4, "name": "goto", "args": [1.0, 2.0, NaN]}',
+        '{"stamp_us": 4, "name": "goto", "args": [1.0, 2.0, "3"]}',
+        '{"stamp_us": 4, "name": "goto", "args": 7}',
         "7",
     ],
 )

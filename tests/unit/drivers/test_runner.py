@@ -39,6 +39,9 @@ class Clockwork:
         self.calls.append(("stop", now_us))
         self._outbox.append(b"stopped")
 
+    def goto(self, now_us, *place):
+        self.calls.append(("goto", now_us, *place))
+
     def datagrams_to_send(self):
         outbox, self._outbox = self._outbox, []
         return outbox
@@ -51,8 +54,8 @@ class Notebook:
     def frame(self, stamp_us, frame, outbound):
         self.lines.append((stamp_us, frame if outbound else "in"))
 
-    def event(self, stamp_us, name):
-        self.lines.append((stamp_us, name))
+    def event(self, stamp_us, name, args=()):
+        self.lines.append((stamp_us, name, *args))
 
 
 def run(period_us=NEVER_US, start_us=START_US):
@@ -139,6 +142,13 @@ def test_a_command_has_a_stamp_of_its_own():
     runner.frame(FRAMES[0], START_US + 100)
     runner.command("stop", endpoint.stop, START_US + 100)
     assert endpoint.calls == [("frame", START_US + 100), ("stop", START_US + 104)]
+
+
+def test_a_command_goes_with_its_arguments():
+    endpoint, notebook, _, runner = run()
+    runner.command("goto", endpoint.goto, START_US + 100, (1.0, -2.0, 3.0))
+    assert endpoint.calls == [("goto", START_US + 100, 1.0, -2.0, 3.0)]
+    assert notebook.lines[-1] == (START_US + 100, "goto", 1.0, -2.0, 3.0)
 
 
 def test_what_is_no_frame_is_not_handed_over():
