@@ -1,6 +1,7 @@
 """The run folder: everything that a flight leaves behind.
 
     config.toml    the configuration in force, complete
+    parameters.json what is changed on the vehicle, and was before; there before anything is changed
     flight.tlog    both directions, as pymavlink and MAVProxy read it
     events.jsonl   the start, the operator's commands, the end
     notes.jsonl    the story: phases, the vehicle's texts, guards
@@ -17,6 +18,7 @@ from __future__ import annotations
 import contextlib
 import json
 import math
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -29,8 +31,9 @@ from mavquad.flight_record import Note, TraceRow
 from mavquad.tlog import TlogWriter
 
 FLUSH_US = 1_000_000
-EVENT_ARGUMENTS = {"start": (0,), "stop": (0,), "goto": (3, 4), "land": (0,), "end": (0,)}
-"""How many arguments each event may have; goto: north, east, down in m, and yaw where it is given."""
+EVENT_ARGUMENTS = {"start": (0,), "parameters_kept": (0,), "stop": (0,), "goto": (3, 4), "land": (0,), "end": (0,)}
+"""How many arguments each event may have; goto: north, east, down in m, and yaw where it is given. The driver says
+parameters_kept when what a flight is about to change on its vehicle is safe in the run folder."""
 
 
 class RunFolder:
@@ -60,7 +63,7 @@ class RunFolder:
             self._notes = (path / "notes.jsonl").open("w", encoding="utf-8")
             self._trace_stream = (path / "trace.csv").open("w", encoding="utf-8", newline="")
         except OSError as error:
-            raise self._error(error) from None
+            raise _error(self.path, error) from None
         self._streams = (self._tlog_stream, self._events, self._notes, self._trace_stream)
         self._tlog = TlogWriter(self._tlog_stream)
         self._trace = TraceWriter(self._trace_stream)
@@ -93,11 +96,7 @@ class RunFolder:
             try:
                 write()
             except OSError as error:
-                self.failure = self._error(error)
-
-    def _error(self, error: OSError) -> RunFolderError:
-        reason = (error.strerror or str(error)).lower()
-        return RunFolderError(str(self.path), f"cannot be written ({reason})", "choose another with --run-dir")
+                self.failure = _error(self.path, error)
 
     def write_whole(self, name: str, text: str) -> None:
         """Write a file so that it appears whole or not at all.
@@ -105,14 +104,7 @@ class RunFolder:
         Raises:
             RunFolderError: it cannot be written.
         """
-        temporary = self.path / f".{name}.part"
-        try:
-            temporary.write_text(text, encoding="utf-8")
-            temporary.replace(self.path / name)
-        except OSError as error:
-            with contextlib.suppress(OSError):
-                temporary.unlink(missing_ok=True)
-            raise self._error(error) from None
+        write_whole(self.path / name, text)
 
     def close(self) -> None:
         """Close the streams; once is enough."""
@@ -131,6 +123,30 @@ class RunFolder:
             (self.path / "config.toml").unlink(missing_ok=True)
             if self._made:
                 self.path.rmdir()
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a file so that it appears whole or not at all, also if the power fails.
+
+    Raises:
+        RunFolderError: it cannot be written.
+    """
+    temporary = path.with_name(f".{path.name}.part")
+    try:
+        with temporary.open("w", encoding="utf-8") as stream:
+            stream.write(text)
+            stream.flush()
+            os.fsync(stream.fileno())
+        temporary.replace(path)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        raise _error(path.parent, error) from None
+
+
+def _error(path: Path, error: OSError) -> RunFolderError:
+    reason = (error.strerror or str(error)).lower()
+    return RunFolderError(str(path), f"cannot be written ({reason})", "choose another with --run-dir")
 
 
 def read_events(path: Path) -> list[OperatorEvent]:

@@ -6,29 +6,12 @@ all tries is reported as unknown.
 
 from __future__ import annotations
 
-import struct
-
 from mavquad.endpoint import NEVER_US
 from mavquad.protocol.codec import Message, mavlink
+from mavquad.protocol.param_value import Encoding, decode_value
 
 RETRY_US = 300_000
 MAX_TRIES = 5
-_INTEGERS = {
-    mavlink.MAV_PARAM_TYPE_UINT8: "<B",
-    mavlink.MAV_PARAM_TYPE_INT8: "<b",
-    mavlink.MAV_PARAM_TYPE_UINT16: "<H",
-    mavlink.MAV_PARAM_TYPE_INT16: "<h",
-    mavlink.MAV_PARAM_TYPE_UINT32: "<I",
-    mavlink.MAV_PARAM_TYPE_INT32: "<i",
-}
-
-
-def bytewise_value(message: Message) -> float:
-    """PARAM_VALUE of PX4: integers travel as their bytes inside the float field (MAVLink 'bytewise' encoding)."""
-    code = _INTEGERS.get(message.param_type)
-    if code is None:
-        return float(message.param_value)
-    return float(struct.unpack_from(code, struct.pack("<f", message.param_value))[0])
 
 
 class ParamReader:
@@ -36,9 +19,11 @@ class ParamReader:
 
     Attributes:
         values: what was answered, by name; a name the vehicle does not know is missing when `done`.
+        encoding: of the vehicle's integers.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, encoding: Encoding = Encoding.BYTEWISE) -> None:
+        self.encoding = encoding
         self.values: dict[str, float] = {}
         self._names: tuple[str, ...] = ()
         self._tries = 0
@@ -71,7 +56,7 @@ class ParamReader:
     def on_value(self, message: Message) -> None:
         """Take in a PARAM_VALUE."""
         if message.param_id in self._names:
-            self.values[message.param_id] = bytewise_value(message)
+            self.values[message.param_id] = float(decode_value(message, self.encoding))
         if all(name in self.values for name in self._names):
             self._retry_us = NEVER_US
 

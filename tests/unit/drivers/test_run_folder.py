@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -110,13 +111,11 @@ def test_a_file_appears_whole(tmp_path):
 def test_a_file_that_cannot_be_finished_leaves_the_old_one(tmp_path, monkeypatch):
     folder = RunFolder(tmp_path, "")
     folder.write_whole("summary.json", "old")
-    real = Path.write_text
 
-    def half(self, text, **kwargs):
-        real(self, text[: len(text) // 2], **kwargs)
+    def full(_: int) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(Path, "write_text", half)
+    monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(RunFolderError, match="no space left on device"):
         folder.write_whole("summary.json", "new text")
     folder.close()

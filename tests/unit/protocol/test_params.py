@@ -8,7 +8,8 @@ import pytest
 
 from mavquad.endpoint import NEVER_US
 from mavquad.protocol.codec import Encoder, decode, mavlink
-from mavquad.protocol.params import MAX_TRIES, RETRY_US, ParamReader, bytewise_value
+from mavquad.protocol.param_value import Encoding, decode_value
+from mavquad.protocol.params import MAX_TRIES, RETRY_US, ParamReader
 
 TARGET = (1, 1)
 NAMES = ("COM_RCL_EXCEPT", "MPC_THR_HOVER")
@@ -26,6 +27,10 @@ def value(name, number, kind=mavlink.MAV_PARAM_TYPE_REAL32):
     return decode(Encoder(1, 1).encode(message))
 
 
+def bytewise(message):
+    return decode_value(message, Encoding.BYTEWISE)
+
+
 def asked(messages):
     return [message.param_id for message in messages]
 
@@ -38,17 +43,17 @@ def reading():
 def test_com_rcl_except_as_px4_sends_it():
     message = value("COM_RCL_EXCEPT", 4, mavlink.MAV_PARAM_TYPE_INT32)
     assert 0.0 < message.param_value < 1e-44  # the bytes 04 00 00 00 as a float are a denormal
-    assert bytewise_value(message) == 4.0
+    assert bytewise(message) == 4.0
 
 
 @pytest.mark.parametrize("number", [0, 1, -1, -2, 7, 1000, -100_000, 2**30])
 def test_integers(number):
-    assert bytewise_value(value("X", number, mavlink.MAV_PARAM_TYPE_INT32)) == float(number)
+    assert bytewise(value("X", number, mavlink.MAV_PARAM_TYPE_INT32)) == float(number)
 
 
 def test_small_integers_and_floats():
-    assert bytewise_value(value("X", 250, mavlink.MAV_PARAM_TYPE_UINT8)) == 250.0
-    assert bytewise_value(value("X", 0.45)) == pytest.approx(0.45, abs=1e-7)
+    assert bytewise(value("X", 250, mavlink.MAV_PARAM_TYPE_UINT8)) == 250.0
+    assert bytewise(value("X", 0.45)) == pytest.approx(0.45, abs=1e-7)
 
 
 def test_all_are_asked_for_at_once_by_name():
