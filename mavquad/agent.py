@@ -13,9 +13,9 @@ from mavquad.flight.machine import Phase
 from mavquad.flight_record import Note, Status, TraceRow
 from mavquad.protocol.codec import Encoder, Message, decode, mavlink, message_id
 from mavquad.protocol.link import Link, heartbeat
+from mavquad.protocol.timesync import TimeSync
 
 HEARTBEAT_US = 1_000_000
-ROUND_TRIP_MAX_US = 10_000_000
 
 
 class Agent:
@@ -23,6 +23,7 @@ class Agent:
 
     Attributes:
         link: who the vehicle is, and what was lost.
+        sync: the vehicle's clock on ours.
     """
 
     def __init__(self, params: AgentParams, start_us: int) -> None:
@@ -34,6 +35,7 @@ class Agent:
         self._now_us = start_us
         self._captain = Captain(params, start_us, self._send)
         self.link = Link(params.link)
+        self.sync = TimeSync()
 
     # ------------------------------------------------------------------ Endpoint
 
@@ -42,12 +44,15 @@ class Agent:
         self._now_us = now_us
         if self._heartbeat_us == NEVER_US and not self.done:
             self._send_heartbeat()
+        is_known = self.link.vehicle is not None
         if not self.link.accept(data, now_us) or self.done:
             return
+        if not is_known:
+            self.sync.start(now_us)
         # A message that nobody here reads is not worth decoding.
         number = message_id(data)
         if number == mavlink.MAVLINK_MSG_ID_TIMESYNC:
-            self._on_timesync(decode(data))
+            self._on_timesync(decode(data), now_us)
         elif self._captain.hears(number):
             assert self.link.vehicle is not None
             self._captain.take(decode(data), self.link.vehicle, now_us)
@@ -56,13 +61,16 @@ class Agent:
         """The earliest of: our heartbeat, the vehicle's silence, and what the captain waits for."""
         if self.done:
             return NEVER_US
-        return min(self._heartbeat_us, self._lost_us(), self._captain.next_deadline_us())
+        return min(self._heartbeat_us, self._lost_us(), self.sync.next_deadline_us(), self._captain.next_deadline_us())
 
     def on_deadline(self, now_us: int) -> None:
         """Act on whatever is due."""
         self._now_us = now_us
         if now_us >= self._heartbeat_us:
             self._send_heartbeat()
+        question = self.sync.on_deadline(now_us)
+        if question is not None:
+            self._send(question)
         if now_us >= self._lost_us():
             self._captain.lose(now_us)
         else:
@@ -79,15 +87,13 @@ class Agent:
     def _send_heartbeat(self) -> None:
         self._heartbeat_us = self._now_us + HEARTBEAT_US
         self._send(heartbeat())
-        if self.link.vehicle is not None:
-            self._send(mavlink.MAVLink_timesync_message(0, self._now_us * 1000))
 
-    def _on_timesync(self, message: Message) -> None:
-        """A question is answered with our time; an answer (to our own last question) tells the round trip."""
-        if message.tc1 == 0:
-            self._send(mavlink.MAVLink_timesync_message(self._now_us * 1000, message.ts1))
-        elif 0 <= (round_trip_us := self._now_us - message.ts1 // 1000) < ROUND_TRIP_MAX_US:
-            self._captain.measured_round_trip(round_trip_us)
+    def _on_timesync(self, message: Message, now_us: int) -> None:
+        answer = self.sync.on_message(message, now_us)
+        if answer is not None:
+            self._send(answer)
+        elif self.sync.round_trip_us is not None:
+            self._captain.measured_round_trip(self.sync.round_trip_us)
 
     def _lost_us(self) -> int:
         return self.link.last_heard_us + self._silence_us if self.link.vehicle is not None else NEVER_US

@@ -7,7 +7,7 @@ question of ours and the first to it, so that what others ask on the same link, 
 
 from __future__ import annotations
 
-from mavquad.endpoint import NEVER_US
+from mavquad.endpoint import GRID_US, NEVER_US
 from mavquad.protocol.codec import Message, mavlink
 from mavquad.protocol.vehicle_clock import Exchange, VehicleClock
 
@@ -37,8 +37,8 @@ class TimeSync:
     # ------------------------------------------------------------------ the exchange
 
     def start(self, now_us: int) -> None:
-        """The vehicle is found: ask from now on."""
-        self._next_us = now_us
+        """The vehicle is found: ask from now on; a deadline is later than the input that sets it."""
+        self._next_us = now_us + GRID_US
 
     def stop(self) -> None:
         """Ask no more."""
