@@ -167,15 +167,21 @@ def replay(
     log: Annotated[
         Path, typer.Argument(help="RUN/flight.tlog of a flight of ours, or any other tlog.", show_default=False)
     ],
-    output: Annotated[
-        Path | None, typer.Option(help="Where the figure of a log of others goes.", show_default=False)
+    config: Annotated[
+        Path | None, typer.Option(help="What the law of this configuration would have commanded.", show_default=False)
     ] = None,
+    depth: DepthOption = None,
+    law: LawOption = None,
+    set_: SetOption = None,
+    output: Annotated[Path | None, typer.Option(help="Where the figure goes, PNG.", show_default=False)] = None,
     json: JsonOption = False,
 ) -> int:
-    """Replay a flight of ours bit for bit; or survey any other tlog and run the observer over its poses."""
+    """Replay a flight of ours bit for bit, or with another law beside it; or survey any other tlog, our law in its shadow."""
     from mavquad.cli.replay import replay as command
+    from mavquad.cli.replay_flight import OtherLaw
 
-    return command(log, output, json)
+    other = OtherLaw(config, tuple(_overrides(set_, _law(depth, law, force=False))))
+    return command(log, other, output, json)
 
 
 @app.command(epilog="Exit codes: see mavquad --help.")
@@ -223,6 +229,19 @@ def tune(
     limits = limits_of(phase_margin_deg, delay_margin_ms, ms)
     overrides = _overrides(set_, {"--depth": {"law.depth": depth}})
     return command(config, overrides, limits, TuneOptions(output, write, force, json))
+
+
+@app.command(epilog="Exit codes: see mavquad --help.")
+def restore(
+    run: Annotated[Path, typer.Argument(help="Run folder of the flight.", show_default=False)],
+    connect: ConnectOption = None,
+    force: Annotated[bool, typer.Option("--force", help="Even while the vehicle is armed.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print what was done, and nothing else, on stdout.")] = False,
+) -> int:
+    """Put back the parameters that a flight changed on its vehicle, where it could not do so itself."""
+    from mavquad.cli.restore import restore as command
+
+    return command(run, connect, force, json)
 
 
 def _overrides(own: list[str] | None, options: Options, faults: list[Path] | None = None) -> list[Override]:

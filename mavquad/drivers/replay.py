@@ -5,7 +5,7 @@ Inputs are the inbound frames of the log and the operator's events, merged by th
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -62,7 +62,13 @@ class ReplayResult:
         return self.first_mismatch is None
 
 
-def replay(endpoint: Endpoint, start_us: int, records: Iterable[Record], events: list[OperatorEvent]) -> ReplayResult:
+def replay(
+    endpoint: Endpoint,
+    start_us: int,
+    records: Iterable[Record],
+    events: list[OperatorEvent],
+    witness: Callable[[Record], None] = lambda _: None,
+) -> ReplayResult:
     """Run an endpoint through a recorded flight and compare what it sends.
 
     Args:
@@ -70,6 +76,7 @@ def replay(endpoint: Endpoint, start_us: int, records: Iterable[Record], events:
         start_us: stamp of the "start" event.
         records: the log, both directions.
         events: the operator's events; "start" and "end" among them.
+        witness: called after each inbound frame.
     """
     result = ReplayResult()
     runner = Runner(endpoint, start_us, lambda stamp_us, data: result.sent.append((stamp_us, data)))
@@ -85,6 +92,7 @@ def replay(endpoint: Endpoint, start_us: int, records: Iterable[Record], events:
         else:
             result.inbound += 1
             runner.frame(record.frame, record.stamp_us)
+            witness(record)
     while event is not None:
         _act(runner, event)
         event = next(pending, None)

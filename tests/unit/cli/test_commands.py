@@ -146,6 +146,46 @@ def test_another_gain_is_seen_in_the_replay(cli, run_dir, tmp_path):
     assert "SET_ACTUATOR_CONTROL_TARGET" in out
 
 
+def test_another_law_beside_a_flight_is_no_difference_of_its_replay(cli, run_dir, tmp_path):
+    code, out, _ = cli("replay", str(run_dir / "flight.tlog"), "--set", "law.omega0_rad_s=2.5", "--json")
+    assert code == 0
+    result = json.loads(out)
+    assert result["outbound"]["first_mismatch"] is None
+    assert result["beside"]["difference_rms"]["roll"] > 0.01
+    assert (tmp_path / result["figure"]).name == "run-beside.png"
+    (tmp_path / "other.toml").write_text('[law]\ndepth = "attitude"\n')
+    code, out, _ = cli("replay", str(run_dir / "flight.tlog"), "--config", "other.toml", "--output", "o.png")
+    assert code == 0
+    assert "other law: depth attitude" in out
+    assert (tmp_path / "o.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--config", "none.toml"], "none.toml: no such file"),
+        (["--set", "law.omega0=2"], "--set: law.omega0: unknown key"),
+    ],
+)
+def test_another_law_that_is_none(cli, run_dir, options, words):
+    code, out, err = cli("replay", str(run_dir / "flight.tlog"), *options)
+    assert (code, out) == (2, "")
+    assert words in err
+
+
+def test_another_law_beside_a_flight_without_one(cli, tmp_path):
+    code, *_ = cli("sim", "--set", 'mock.firmware="1.16"', "--depth", "torque", "--json", "--run-dir", "refused")
+    assert code == 3
+    code, out, err = cli("replay", "refused/flight.tlog", "--depth", "rate")
+    assert (code, out) == (2, "")
+    assert "the law was never asked in this flight" in err
+
+
+def test_a_flight_that_a_guard_ended_replays(cli):
+    assert cli("sim", *LEANING, "--json", "--run-dir", "guarded")[0] == 4
+    assert cli("replay", "guarded/flight.tlog", "--json")[0] == 0
+
+
 def test_a_changed_stamp_is_seen_in_the_replay(cli, run_dir, tmp_path):
     records = list(read_records(run_dir / "flight.tlog"))
     outbound = [index for index, record in enumerate(records) if record.outbound]

@@ -1,0 +1,53 @@
+"""What the law was given in a flight of ours, gathered while the flight is replayed: for another law to be put beside it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mavquad.agent import Agent
+from mavquad.analysis.what_if import Flown, FlownMeasurement, FlownStep
+from mavquad.config import Config
+from mavquad.flight.guards import Tripped
+from mavquad.flight.pose import PoseIntake
+from mavquad.protocol.codec import decode, frame_source, mavlink, message_id
+from mavquad.tlog import Record
+from mavquad.types import Attitude, Position
+
+
+class Witness:
+    """Looks at the agent after each of its inputs.
+
+    Attributes:
+        flown: what was seen.
+    """
+
+    def __init__(self, agent: Agent, config: Config) -> None:
+        self._agent = agent
+        self._pose = PoseIntake(config.guards)
+        self.flown = Flown(config.airframe)
+
+    def __call__(self, record: Record) -> None:
+        """An inbound frame was taken in."""
+        if frame_source(record.frame) != self._agent.link.vehicle:
+            return
+        number = message_id(record.frame)
+        taken: Attitude | Position | Tripped | None = None
+        if number == mavlink.MAVLINK_MSG_ID_ATTITUDE:
+            taken = self._pose.take_attitude(decode(record.frame), record.stamp_us)
+        elif number == mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED:
+            taken = self._pose.take_position(decode(record.frame), record.stamp_us)
+        if taken is not None and not isinstance(taken, Tripped):
+            self.flown.inputs.append(FlownMeasurement(taken, _law_of(self._agent).in_control))
+        for row in self._agent.take_trace():
+            self._step(row)
+
+    def _step(self, row: Any) -> None:
+        law = _law_of(self._agent)
+        self._pose.may_restart = False
+        if not self.flown.hover_thrust_norm:
+            self.flown.hover_thrust_norm = self._agent.status().hover_thrust_norm
+        self.flown.inputs.append(FlownStep(row, law.in_control, law._reference(row.vehicle_stamp_us)))
+
+
+def _law_of(agent: Agent) -> Any:
+    return agent._captain._law
