@@ -40,6 +40,7 @@ def read_parameters(folder: Path) -> ChangedParameters | None:
         reason = (error.strerror or str(error)).lower()
         raise RunFolderError(str(path), f"cannot be read ({reason})") from None
     except ConfigError as error:
-        raise RunFolderError(str(path), f"is damaged ({error.key}: {error.reason})", _HINT) from None
+        where = f"{error.key}: " if error.key else ""
+        raise RunFolderError(str(path), f"is damaged ({where}{error.reason})", _HINT) from None
     except (ValueError, RecursionError):
         raise RunFolderError(str(path), "is damaged (it is no JSON)", _HINT) from None

@@ -15,14 +15,15 @@ from enum import Enum, auto
 
 from mavquad.endpoint import NEVER_US
 from mavquad.protocol.codec import Message, mavlink
-from mavquad.protocol.param_record import ParamNumber, ParamRecord
+from mavquad.protocol.param_record import ParamNumber, ParamRecord, number_words
 from mavquad.protocol.param_value import Encoding, decode_value, encode_value, fitted, type_name
 
 RETRY_US = 300_000
 MAX_TRIES = 20
 """With 20 % lost each way, one of 10^9 questions stays without an answer."""
-_KEPT_AFTER = 4
-"""Answers that still show another value, after which it is believed that the vehicle keeps it; the first may be old."""
+_KEPT_AFTER = 10
+"""Answers that still show another value, after which it is believed that the vehicle keeps it. Each may be old, or that
+to a question whose PARAM_SET was lost: of 10^5 changes with 20 % lost each way, about one is given up in vain."""
 
 Target = tuple[int, int]
 
@@ -80,18 +81,20 @@ class _Parameter:
         """Ask or set again, or give up."""
         if now_us < self.retry_us:
             return []
-        if self._differing >= _KEPT_AFTER:
-            return self.fail(f"the vehicle keeps it at {self._seen:g}, {self.value:g} was asked for")
+        asked = number_words(self.value)
+        if self._differing >= _KEPT_AFTER and self._seen is not None:
+            seen = number_words(self._seen)
+            return self.fail(f"the vehicle keeps it at {seen}, {asked} was asked for")
         if self._tries < MAX_TRIES:
             return self._send(target, now_us)
         seconds = MAX_TRIES * RETRY_US * 1e-6
         if self.stage is _Stage.READING:
             return self.fail(f"not answered in {seconds:g} s: the vehicle does not know it, or does not hear us")
-        return self.fail(f"set to {self.value:g}, but no answer in {seconds:g} s shows it")
+        return self.fail(f"set to {asked}, but no answer in {seconds:g} s shows it")
 
     def fail(self, words: str) -> list[Message]:
         """Give up."""
-        self.failed = f"{self.name}: {words}"
+        self.failed = words
         return self.rest(_Stage.OVER)
 
     def rest(self, stage: _Stage) -> list[Message]:
@@ -158,7 +161,12 @@ class ParamChange:
     @property
     def failed(self) -> str:
         """Why it did not work, each parameter by its name; empty when all went well, or may still."""
-        return "; ".join(each.failed for each in self._parameters.values() if each.failed)
+        return "; ".join(f"{name}: {words}" for name, words in self.failures.items())
+
+    @property
+    def failures(self) -> dict[str, str]:
+        """The same by name."""
+        return {name: each.failed for name, each in self._parameters.items() if each.failed}
 
     @property
     def originals(self) -> list[ParamRecord]:

@@ -54,3 +54,8 @@ def autopilot_name(autopilot: int) -> str:
     """A MAV_AUTOPILOT without its prefix, e.g. PX4 or ARDUPILOTMEGA; its number if it has no name."""
     entry = mavlink.enums["MAV_AUTOPILOT"].get(autopilot)
     return entry.name.removeprefix(_PREFIX) if entry else str(autopilot)
+
+
+def number_words(value: ParamNumber) -> str:
+    """A value as people write it: 0.3 for the float nearest to it, every digit of an integer."""
+    return str(value) if isinstance(value, int) else f"{value:g}"

@@ -216,7 +216,9 @@ def test_answers_slower_than_our_patience_mean_no_refusal():
 def test_a_clamped_value_is_told_with_what_the_vehicle_keeps():
     exchange = ardupilot({"GUID_TIMEOUT": 0.25}, limits={"GUID_TIMEOUT": (0.5, 5.0)}).run_all()
     assert exchange.change.failed == "GUID_TIMEOUT: the vehicle keeps it at 0.5, 0.25 was asked for"
-    assert as_tuples(exchange.change.originals) == [("GUID_TIMEOUT", "REAL32", 3.0, 0.25)]  # to be put back all the same
+    assert as_tuples(exchange.change.originals) == [
+        ("GUID_TIMEOUT", "REAL32", 3.0, 0.25)
+    ]  # to be put back all the same
 
 
 def test_an_ignored_set_is_told_and_the_others_are_changed():
