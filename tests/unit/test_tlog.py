@@ -250,10 +250,10 @@ def test_missing_and_folder(tmp_path):
 
 
 def test_no_permission(tmp_path, monkeypatch):
-    def refuse(path):
+    def refuse(path, mode):
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(Path, "read_bytes", refuse)
+    monkeypatch.setattr(Path, "open", refuse)
     with pytest.raises(LogError, match="no permission"):
         read_records(tmp_path / "flight.tlog")
 

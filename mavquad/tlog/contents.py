@@ -1,0 +1,81 @@
+"""A whole log in memory, record by record."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mavquad.endpoint import GRID_US
+from mavquad.tlog.log import fill_leading
+from mavquad.tlog.record import Record
+from mavquad.tlog.scanner import Scanner
+from mavquad.tlog.source import PIECE, not_a_log, pieces
+
+
+@dataclass(slots=True)
+class TlogContents:
+    """A log in memory: its bytes and where the good frames are; iterate over it, or index it, for `Record`s.
+
+    Attributes:
+        data: the file's bytes.
+        stamps: stamp of each good frame as recorded, link bits included, in the order of the file (us).
+        starts: offset of each good frame's first byte.
+        ends: offset behind each good frame.
+        bad_ranges: (offset, length) of what belongs to no record, in order.
+        unknown_frames: intact records of messages that the dialect does not know; not among the good ones.
+        repaired_stamps: good frames whose own stamp was lost and is the previous one's.
+    """
+
+    data: bytes
+    stamps: NDArray[np.int64]
+    starts: NDArray[np.int64]
+    ends: NDArray[np.int64]
+    bad_ranges: list[tuple[int, int]]
+    unknown_frames: int
+    repaired_stamps: int
+
+    @property
+    def bad_bytes(self) -> int:
+        """Bytes that belong to no record."""
+        return sum(length for _, length in self.bad_ranges)
+
+    def __len__(self) -> int:
+        return len(self.starts)
+
+    def __getitem__(self, index: int) -> Record:
+        stamp = int(self.stamps[index])
+        return Record(stamp & -GRID_US, stamp % GRID_US, self.data[self.starts[index] : self.ends[index]])
+
+    def __iter__(self) -> Iterator[Record]:
+        data = self.data
+        for stamp, start, end in zip(self.stamps.tolist(), self.starts.tolist(), self.ends.tolist(), strict=True):
+            yield Record(stamp & -GRID_US, stamp % GRID_US, data[start:end])
+
+
+def read_records(path: Path | str) -> TlogContents:
+    """Read a log whole, plain or gzip; a truncated tail and damage in between are reported, not raised.
+
+    Raises:
+        LogError: there is no such file, it cannot be read, it is empty, or it is not a telemetry log.
+    """
+    data = b"".join(pieces(Path(path)))
+    contents = scan(data)
+    if error := not_a_log(Path(path), len(data), int(np.sum(contents.ends - contents.starts)), data[:8]):
+        raise error
+    return contents
+
+
+def scan(data: bytes) -> TlogContents:
+    """Find every good frame of a log held in memory."""
+    scanner = Scanner()
+    parts = [scanner.push(data[at : at + PIECE]) for at in range(0, len(data), PIECE)]
+    parts.append(scanner.finish())
+    stamps, starts, ends = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("stamps", "starts", "ends")
+    )
+    fill_leading(stamps)
+    return TlogContents(data, stamps, starts, ends, scanner.bad_ranges, scanner.unknown_frames, scanner.repaired_stamps)
