@@ -58,9 +58,9 @@ class Flight:
     def __exit__(self, *_: object) -> None:
         self.folder.close()
 
-    def collect(self, agent: Agent) -> list[Note]:
-        """Keep what the agent handed out; returns the new lines of its story."""
-        rows, notes = agent.take_trace(), agent.take_notes()
+    def collect(self, agent: Agent, further: Sequence[Note] = ()) -> list[Note]:
+        """Keep what the agent handed out, and further notes; returns the new lines of the story."""
+        rows, notes = agent.take_trace(), [*agent.take_notes(), *further]
         self.rows += rows
         self._notes += notes
         if rows or notes:
@@ -140,7 +140,8 @@ class Flight:
     def _link(agent: Agent, runner: Runner) -> dict[str, int]:
         """Frames lost on the way here, chunks with damage, frames of unknown messages and of others than the vehicle.
 
-        Strangers are datagrams that came from elsewhere than the vehicle's address.
+        Strangers are datagrams that came from elsewhere than the vehicle's address; dropped are frames of ours that
+        could not be sent.
         """
         framer = runner.framer
         lost = framer.lost(agent.link.vehicle) if agent.link.vehicle else 0
@@ -150,6 +151,7 @@ class Flight:
             "unknown": framer.unknown,
             "foreign": agent.link.foreign,
             "strangers": runner.strangers,
+            "dropped": runner.dropped,
         }
 
     def _outcome(self, agent: Agent) -> dict[str, Any]:

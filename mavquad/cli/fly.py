@@ -61,7 +61,7 @@ async def _drive(agent: Agent, driver: LiveDriver, flight: Flight, as_json: bool
             with Display(quiet=as_json) as display:
                 while not agent.done:
                     await driver.wait(REFRESH_S)
-                    display.update(agent, flight.collect(agent))
+                    display.update(agent, flight.collect(agent, driver.take_notes()))
         except BaseException as error:
             # Our own failure in flight, or the operator's: the firmware would keep our last torque, so ask it to hold.
             driver.abandon(agent.last_resort())

@@ -1,24 +1,22 @@
-"""The live driver: one endpoint on one UDP socket, in asyncio's event loop.
+"""The live driver: one endpoint on one transport (UDP, TCP, a serial port), in asyncio's event loop.
 
 Time is the Unix time at the start plus the monotonic time since, so that a stepped system clock moves nothing.
-A datagram is handed over in the callback that reads it; a deadline fires at its own time however late the loop wakes,
-and how late is measured.
+What arrives is handed over in the callback that reads it, frame by frame; a deadline fires at its own time however late
+the loop wakes, and how late is measured.
 """
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
-import errno
 import time
 from collections.abc import Callable
-from typing import cast
 
 from mavquad.drivers.runner import Recorder, Runner
+from mavquad.drivers.transports import Transport, explained, transport_for
 from mavquad.endpoint import NEVER_US, Endpoint
-from mavquad.errors import EndpointError
-from mavquad.protocol.codec import is_known
-from mavquad.url import Address
+from mavquad.flight_record import Note
+from mavquad.url import Place
 
 MAX_WAIT_S = 1.0
 
@@ -34,90 +32,82 @@ class Clock:
         return (self._offset_ns + time.monotonic_ns()) // 1000
 
 
-class LiveDriver(asyncio.DatagramProtocol):
-    """Drives an endpoint over UDP. Use `open_live`.
-
-    It speaks to the address it was given, or answers who spoke last until the peer is known: the address whose frame
-    made `locked` true. From then on datagrams of others are counted (`runner.strangers`) and ignored.
+class LiveDriver:
+    """Drives an endpoint over a transport. Use `open_live`.
 
     Attributes:
         runner: the endpoint under the rule of time.
-        lateness_us: for each datagram sent, how long after its stamp it left.
+        lateness_us: for each frame sent, how long after its stamp it left.
         failure: what an endpoint raised in a callback, for the one who waits.
     """
 
     def __init__(
-        self,
-        endpoint: Endpoint,
-        clock: Clock,
-        start_us: int,
-        recorder: Recorder | None,
-        remote: tuple[str, int] | None,
-        locked: Callable[[], bool],
+        self, endpoint: Endpoint, clock: Clock, start_us: int, recorder: Recorder | None, locked: Callable[[], bool]
     ) -> None:
         self._clock = clock
-        self._peer = remote
-        self._heard = remote
-        self._connected = remote is not None
-        self._is_locked = locked
-        self._locked = remote is not None
-        self._transport: asyncio.DatagramTransport | None = None
+        self._transport: Transport | None = None
         self._timer: asyncio.TimerHandle | None = None
         self._loop = asyncio.get_running_loop()
         self._failed = asyncio.Event()
+        self._notes: list[Note] = []
+        self.is_locked = locked
         self.runner = Runner(endpoint, start_us, self._send, recorder)
         self.lateness_us: list[int] = []
         self.failure: Exception | None = None
         self._abandoned = False
 
-    # ------------------------------------------------------------------ asyncio's callbacks
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """The socket is open."""
-        self._transport = cast(asyncio.DatagramTransport, transport)
+    async def open(self, place: Place) -> None:
+        """Open the transport and start; see `open_live`."""
+        self._transport = transport_for(place, self)
+        with explained(place):
+            await self._transport.open()
         self._schedule()
 
-    def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
-        """A datagram arrived."""
-        if self._locked and not self._connected and addr[:2] != self._peer:
-            self.runner.strangers += 1
-            return
-        self._guarded(lambda: self._take(data, addr))
+    # ------------------------------------------------------------------ what the transport calls
 
-    def error_received(self, exc: Exception) -> None:
-        """Nobody listens at the other end just now; a vehicle that starts later is still found."""
+    def cut(self, data: bytes) -> list[bytes]:
+        """The whole frames that these bytes complete."""
+        return self.runner.framer.push(data)
 
-    # ------------------------------------------------------------------ in and out
+    def take(self, frames: list[bytes]) -> None:
+        """Hand frames to the endpoint, now."""
+        self._guarded(lambda: self.runner.frames(frames, self._clock.now_us()))
 
-    def _take(self, data: bytes, addr: tuple[str, int]) -> None:
-        now_us = self._clock.now_us()
-        if self._locked:
-            self.runner.datagram(data, now_us)
+    def take_bytes(self, data: bytes) -> None:
+        """Both."""
+        self._guarded(lambda: self.runner.datagram(data, self._clock.now_us()))
+
+    def forget_rest(self) -> None:
+        """What comes next does not continue what came before."""
+        self.runner.framer.forget_rest()
+
+    def note_stranger(self) -> None:
+        """Count a datagram, or a client, that is not the peer's."""
+        self.runner.strangers += 1
+
+    def note(self, text: str) -> None:
+        """Keep something for the operator."""
+        self._notes.append(Note(self._clock.now_us(), "link", text))
+
+    def take_notes(self) -> list[Note]:
+        """What happened to the transport since the last call."""
+        notes, self._notes = self._notes, []
+        return notes
+
+    # ------------------------------------------------------------------ out
+
+    def _send(self, stamp_us: int, frame: bytes) -> None:
+        if self._transport is not None and self._transport.send(frame):
+            self.lateness_us.append(self._clock.now_us() - stamp_us)
         else:
-            self._take_unlocked(data, addr[:2], now_us)
-
-    def _take_unlocked(self, data: bytes, sender: tuple[str, int], now_us: int) -> None:
-        if sender != self._heard:
-            self.runner.framer.forget_rest()  # half a frame of somebody else
-            self._heard = sender
-        frames = self.runner.framer.push(data)
-        if any(map(is_known, frames)):
-            self._peer = sender
-        self.runner.frames(frames, now_us)
-        self._locked = self._peer == sender and self._is_locked()
-
-    def _send(self, stamp_us: int, datagram: bytes) -> None:
-        if self._transport is None or self._peer is None or self._transport.is_closing():
-            return
-        self._transport.sendto(datagram, None if self._connected else self._peer)
-        self.lateness_us.append(self._clock.now_us() - stamp_us)
+            self.runner.dropped += 1
 
     def abandon(self, last_words: list[bytes]) -> None:
         """The endpoint failed, or is left alone: send this past it and the record, and nothing ever after."""
         self._abandoned = True
-        if self._transport is not None and self._peer is not None:
-            for datagram in last_words:
-                self._transport.sendto(datagram, None if self._connected else self._peer)
+        if self._transport is not None:
+            for frame in last_words:
+                self._transport.send(frame)
 
     def _wake(self) -> None:
         self._timer = None
@@ -168,12 +158,12 @@ class LiveDriver(asyncio.DatagramProtocol):
 
     @property
     def port(self) -> int:
-        """The local port."""
+        """The local port; 0 for a serial one."""
         assert self._transport is not None
-        return int(self._transport.get_extra_info("sockname")[1])
+        return self._transport.port
 
     def close(self) -> None:
-        """Close the socket and record the end."""
+        """Close the transport and record the end."""
         if self._timer is not None:
             self._timer.cancel()
         self.runner.end(None if self._abandoned or self.failure is not None else self._clock.now_us())
@@ -183,40 +173,26 @@ class LiveDriver(asyncio.DatagramProtocol):
 
 async def open_live(
     endpoint: Endpoint,
-    address: Address,
+    place: Place,
     clock: Clock,
     start_us: int,
     recorder: Recorder | None = None,
     locked: Callable[[], bool] = lambda: True,
 ) -> LiveDriver:
-    """Open the socket and start driving.
+    """Open the transport and start driving.
 
     Args:
         endpoint: the agent.
-        address: where to listen, or whom to send to.
+        place: where to listen, whom to speak to, or a serial port.
         clock: the time.
         start_us: when the endpoint was started, by that clock.
         recorder: keeps what passes.
-        locked: with a listening address: whether the endpoint knows whom it serves; without it, the first who sends a
-            frame of a known message is the peer.
+        locked: with a listening UDP address: whether the endpoint knows whom it serves; without it, the first who sends
+            a frame of a known message is the peer.
 
     Raises:
-        EndpointError: the port cannot be opened, or the host is unknown.
+        EndpointError: the port cannot be opened, the host is unknown, nobody listens there, or a device is not there.
     """
-    local = (address.host, address.port) if address.listens else None
-    remote = None if address.listens else (address.host, address.port)
-    words = f"{'udpin' if address.listens else 'udpout'}:{address.host}:{address.port}"
-    try:
-        _, driver = await asyncio.get_running_loop().create_datagram_endpoint(
-            lambda: LiveDriver(endpoint, clock, start_us, recorder, remote, locked),
-            local_addr=local,
-            remote_addr=remote,
-        )
-    except UnicodeError:
-        raise EndpointError(words, "cannot be opened (this is no host name)", "check the host and the port") from None
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        in_use = error.errno == errno.EADDRINUSE
-        hint = "another program has this port; stop it or choose another" if in_use else "check the host and the port"
-        raise EndpointError(words, f"cannot be opened ({reason})", hint) from None
+    driver = LiveDriver(endpoint, clock, start_us, recorder, locked)
+    await driver.open(place)
     return driver

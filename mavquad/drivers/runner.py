@@ -31,6 +31,7 @@ class Runner:
         last_us: stamp of the last input.
         deadline_us: the endpoint's next deadline. It is asked for again when the endpoint has acted, and not before.
         strangers: datagrams that the driver refused, since they are not the peer's.
+        dropped: frames that the driver could not send: nobody is there, or a stream is lost or too slow.
     """
 
     def __init__(
@@ -39,6 +40,7 @@ class Runner:
         self.endpoint = endpoint
         self.framer = Framer()
         self.strangers = 0
+        self.dropped = 0
         self.last_us = floor_to_grid_us(start_us)
         self.deadline_us = endpoint.next_deadline_us()
         self._reached_us = self.last_us

@@ -27,8 +27,8 @@ class LinkParams(Section):
     """The connection, and who we are on it."""
 
     url: str = "mock"
-    """Where the vehicle is: "mock" starts the bundled one; else udpin:HOST:PORT (listen), udpout:HOST:PORT (speak
-    first) or udp:HOST:PORT (the same as udpin, as pymavlink has it)."""
+    """Where the vehicle is: "mock" starts the bundled one; else udpin:HOST:PORT (listen; udp: is the same),
+    udpout:HOST:PORT (speak first), tcp:HOST:PORT, tcpin:HOST:PORT (be the server), /dev/ttyACM0,57600 or COM3,57600."""
     system_id: int = Field(default=245, ge=1, le=255)
     """Our own system id; 255 is what ground stations use."""
     component_id: int = Field(default=190, ge=1, le=255)

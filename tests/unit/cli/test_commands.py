@@ -53,10 +53,16 @@ def run_dir(tmp_path_factory) -> Path:
         (["sim", "--mission", "loop"], "--mission: Input should be 'box', 'hover', 'goto'"),
         (["sim", "--duration", "-1"], "--duration: Input should be greater than or equal to 0"),
         (["sim", "--nonsense"], "No such option: --nonsense"),
-        (["fly", "--connect", "tcp:localhost:5760"], "--connect: not a connection string that can be used here"),
+        (["fly", "--connect", "tcpp:localhost:5760"], "--connect: not a connection string that can be used here"),
         (["replay", "missing.tlog"], "missing.tlog: no such file"),
         (["replay", "."], "is a folder, not a file"),
         (["replay", "missing.tlog", "--output", "x.foo"], "does not end with .png"),
+        (["replay", "missing.tlog", "--play", "udpout:127.0.0.1:9"], "missing.tlog: no such file"),
+        (["replay", "x.tlog", "--play", "tcp:127.0.0.1:9"], "a log is played to a UDP endpoint"),
+        (["replay", "x.tlog", "--play", "udpin:127.0.0.1:9"], "a log is played to a UDP endpoint"),
+        (["replay", "x.tlog", "--play", "udpout:127.0.0.1:9", "--speed", "0"], "--speed: 0 is not between"),
+        (["replay", "x.tlog", "--play", "udpout:127.0.0.1:9", "--speed", "nan"], "--speed: nan is not between"),
+        (["replay", "x.tlog", "--play", "udpout:127.0.0.1:9", "--direction", "up"], "'up' is none of in, out, both"),
         (["nonsense"], "No such command 'nonsense'"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else None,
@@ -88,6 +94,14 @@ def test_what_is_no_log_is_refused(cli, tmp_path, content):
     assert code == 2
     assert "log.tlog" in err
     assert out == ""
+
+
+def test_a_log_without_times_has_no_pace(cli, run_dir, tmp_path):
+    records = list(read_records(run_dir / "flight.tlog"))
+    (tmp_path / "log.raw").write_bytes(b"".join(record.frame for record in records))
+    code, out, err = cli("replay", "log.raw", "--play", "udpout:127.0.0.1:9")
+    assert (code, out) == (2, "")
+    assert "its frames have no times" in err
 
 
 def test_sim_prints_json_alone(cli, tmp_path):

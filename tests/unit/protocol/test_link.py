@@ -100,4 +100,4 @@ def test_who_speaks_first(url, first):
 
 def test_a_bad_url_is_refused_with_examples():
     with pytest.raises(ValidationError, match="examples: udpin"):
-        LinkParams(url="tcp:1.2.3.4:5760")
+        LinkParams(url="tcpp:1.2.3.4:5760")
