@@ -13,7 +13,7 @@ from mavquad.analysis.trace import read_trace, write_trace
 from mavquad.control.defaults import DEPTHS
 from mavquad.protocol.codec import decode
 from mavquad.types import Depth
-from tests.flights.depths import AT_DEPTH, completed, landed_safely, rms_m, yaw_rms_rad
+from tests.flights.depths import AT_DEPTH, completed, landed_safely, replays, rms_m, yaw_rms_rad
 from tests.support import LockstepFlight, fly
 
 SETPOINT_IDS = (82, 139)
@@ -31,6 +31,7 @@ def box(depth: Depth) -> LockstepFlight:
 def test_box_completes_and_is_tracked(depth: Depth, bound_m: float, yaw_deg: float) -> None:
     flight = box(depth)
     assert completed(flight)
+    assert replays(flight)
     assert flight.agent.status().depth == depth
     assert rms_m(flight) < bound_m
     assert math.degrees(yaw_rms_rad(flight)) < yaw_deg
@@ -80,6 +81,7 @@ def test_box_is_followed_closely_where_the_position_does_not_wander(depth: Depth
 def test_state_feedback_flies_the_box_too(depth: Depth, bound_m: float) -> None:
     flight = fly({**AT_DEPTH[depth], "law.form": '"state_feedback"'})
     assert completed(flight)
+    assert replays(flight)
     assert rms_m(flight) < bound_m
 
 
@@ -117,6 +119,7 @@ def test_box_in_a_storm_of_8_m_s(depth: Depth, mass_kg: float, bound_m: float) -
 def test_box_on_streams_of_different_rates(depth: Depth) -> None:
     flight = fly({**AT_DEPTH[depth], "streams.attitude_hz": 250.0, "streams.position_hz": 50.0})
     assert completed(flight)
+    assert replays(flight)
     assert rms_m(flight) < 0.04
     seconds = (flight.rows[-1].stamp_us - flight.rows[0].stamp_us) * 1e-6
     # At depth rate it is PX4 1.16, which delivers ATTITUDE at 208 Hz for 250 asked; 1.13 does at 248 Hz.
@@ -138,4 +141,5 @@ def test_a_nan_at_each_depth_ends_on_the_ground(depth: Depth) -> None:
 def test_losses_and_jitter_at_each_depth(depth: Depth) -> None:
     flight = fly({**AT_DEPTH[depth], "mock.link.loss": 0.05, "mock.link.jitter_ms": 10.0})
     assert completed(flight)
+    assert replays(flight)
     assert rms_m(flight) < 0.048

@@ -3,7 +3,7 @@
 import pytest
 
 from mavquad.flight.machine import Phase
-from tests.flights.depths import completed, rms_m
+from tests.flights.depths import completed, replays, rms_m
 from tests.support import fly, prepare, run
 
 
@@ -28,6 +28,8 @@ def test_box_completes_all_the_same(overrides: dict[str, object], bound_m: float
     flight = fly(overrides)
     assert completed(flight)
     assert rms_m(flight) < bound_m
+    if any(key.startswith("law.") for key in overrides):
+        assert replays(flight)
 
 
 def test_duration_cuts_a_mission() -> None:

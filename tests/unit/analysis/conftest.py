@@ -65,9 +65,12 @@ class LogBuilder:
     def __init__(self) -> None:
         self._stream = io.BytesIO()
         self._writer = TlogWriter(self._stream)
+        self._senders = {}
 
     def add(self, t_s: float, message, sender=(1, 1), version=2) -> None:
-        mav = dialect.MAVLink(None, srcSystem=sender[0], srcComponent=sender[1])
+        if sender not in self._senders:
+            self._senders[sender] = dialect.MAVLink(None, srcSystem=sender[0], srcComponent=sender[1])
+        mav = self._senders[sender]
         frame = bytes(message.pack(mav, force_mavlink1=version == 1))
         self._writer.write(T0_US + round(t_s * 1e6) // 4 * 4, frame, outbound=False)
 

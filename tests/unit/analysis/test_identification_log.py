@@ -60,9 +60,9 @@ def fill(log, depth="rate", seconds=20, timesync=True, drift=0.0, gain=1.0, foll
     for t_s, value in zip(sent_s.tolist(), values, strict=True):
         if sent:
             events.append((t_s, lambda t, v=value: log.add(t, SETPOINTS[depth](v), GCS)))
-    for k in range(seconds * 100):
-        taken_s = 0.0037 + k * 0.01
-        answers = [gain * (p.integral if depth == "torque" else p.at)(np.array([taken_s]))[0] for p in plants]
+    stamps_s = 0.0037 + np.arange(seconds * 100) * 0.01
+    true = np.transpose([gain * (p.integral if depth == "torque" else p.at)(stamps_s) for p in plants])
+    for taken_s, answers in zip(stamps_s.tolist(), true.tolist(), strict=True):
         answers = [a + rng.normal(0.0, 0.01) if following(taken_s) else rng.normal(0.0, 0.3) for a in answers]
         angles, rates = (answers, (0, 0, 0)) if depth == "attitude" else ((0, 0, 0), answers)
         boot_s = (taken_s + BOOT_S) * (1.0 + drift)

@@ -106,7 +106,9 @@ def test_not_a_number_is_no_margin():
         limits_of(None, None, float("nan"))
 
 
-def test_the_map_is_a_picture(cli, tmp_path):
+def test_the_map_is_a_picture(cli, tmp_path, monkeypatch):
+    monkeypatch.setattr("mavquad.analysis.margin_map._COLUMNS", 7)
+    monkeypatch.setattr("mavquad.analysis.margin_map._ROWS", 6)
     code, out, _ = cli("mine.toml", *QUICK, "--output", "map.png")
     assert code == 0
     assert "map: map.png" in out

@@ -4,6 +4,7 @@ import copy
 import itertools
 import math
 import statistics
+from functools import cache
 
 import pytest
 
@@ -88,12 +89,17 @@ def test_coloured_noise_keeps_its_size_and_forgets_in_its_time():
         assert statistics.correlation(series[:-10], series[10:]) == pytest.approx(math.exp(-1), abs=0.05)
 
 
+@cache
+def long_wander():
+    """2000 s, twice."""
+    return [sample for seed in (1, 2) for sample in estimates(2000.0, seed, dt_s=0.1, wander="sih")]
+
+
 @pytest.mark.parametrize(("axis", "sd_m"), [(0, 0.2), (1, 0.2), (2, 0.1)])
 def test_wander_as_sih_has_it(axis, sd_m):
     """Recorded: 0.1 to 0.3 m, 1/e after some 4 s, about 1 mm from sample to sample at 100 Hz; the velocity goes along."""
     walks = [errors(axis, wander="sih", position_wander_m=9.0)[:2]]
-    many = [estimates(2000.0, seed, dt_s=0.1, wander="sih") for seed in (1, 2)]
-    wide = [e.position_ned_m[axis] - STILL.position_ned_m[axis] for series in many for e in series]
+    wide = [e.position_ned_m[axis] - STILL.position_ned_m[axis] for e in long_wander()]
     assert statistics.pstdev(wide) == pytest.approx(sd_m, rel=0.12)
     assert statistics.correlation(wide[:-41], wide[41:]) == pytest.approx(math.exp(-1), abs=0.12)
     position, velocity = walks[0]
