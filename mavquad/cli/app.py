@@ -47,7 +47,9 @@ ConfigArgument = Annotated[
 ]
 ConnectOption = Annotated[
     str | None,
-    typer.Option(help="Vehicle: udpin:HOST:PORT (listen), udpout:HOST:PORT (speak first).", show_default=False),
+    typer.Option(
+        help="Vehicle: udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT, /dev/ttyACM0,57600.", show_default=False
+    ),
 ]
 MissionOption = Annotated[
     str | None,
@@ -113,7 +115,7 @@ def fly(
     run_dir: RunDirOption = None,
     json: JsonOption = False,
 ) -> int:
-    """Fly a mission over UDP; without --connect, on a mock autopilot that it starts itself."""
+    """Fly a mission on a vehicle; without --connect, on a mock autopilot that it starts itself."""
     from mavquad.cli.fly import fly as command
 
     options: Options = {
@@ -174,14 +176,46 @@ def replay(
     law: LawOption = None,
     set_: SetOption = None,
     output: Annotated[Path | None, typer.Option(help="Where the figure goes, PNG.", show_default=False)] = None,
+    play: Annotated[
+        str | None, typer.Option(help="Play the log to whoever listens there: udpout:HOST:PORT.", show_default=False)
+    ] = None,
+    speed: Annotated[float, typer.Option(help="Of --play: seconds of the log in a second.")] = 1.0,
+    loop: Annotated[bool, typer.Option("--loop", help="Of --play: begin anew at the end.")] = False,
+    direction: Annotated[str, typer.Option(help="Of --play: in (the vehicle's), out, both.")] = "in",
     json: JsonOption = False,
 ) -> int:
-    """Replay a flight of ours bit for bit, or with another law beside it; or survey any other tlog, our law in its shadow."""
+    """Replay a flight of ours bit for bit, or with another law beside it; survey any other tlog, our law in its shadow;
+    or play any to a ground station."""
     from mavquad.cli.replay import replay as command
     from mavquad.cli.replay_flight import OtherLaw
 
+    if play is not None:
+        from mavquad.cli.replay_playback import PlayOptions
+        from mavquad.cli.replay_playback import play as play_log
+
+        return play_log(log, PlayOptions(play, speed, loop, direction), json)
     other = OtherLaw(config, tuple(_overrides(set_, _law(depth, law, force=False))))
     return command(log, other, output, json)
+
+
+@app.command(epilog="Exit codes: see mavquad --help.")
+def report(
+    run_or_log: Annotated[
+        Path, typer.Argument(help="A run folder of fly or sim, or any .tlog, .raw or .gz.", show_default=False)
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="Its folder; by default the run folder, or NAME-report.", show_default=False),
+    ] = None,
+    export: Annotated[
+        str | None, typer.Option(help="mcap: a file for Foxglove and PlotJuggler besides.", show_default=False)
+    ] = None,
+    json: JsonOption = False,
+) -> int:
+    """Write the report of a flight or of any log: an HTML page that needs no network, a figure, and its columns."""
+    from mavquad.cli.report import report as command
+
+    return command(run_or_log, output, export, json)
 
 
 @app.command(epilog="Exit codes: see mavquad --help.")
