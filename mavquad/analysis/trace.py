@@ -7,6 +7,7 @@ says them.
 
 from __future__ import annotations
 
+import contextlib
 import csv
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
@@ -97,13 +98,36 @@ def read_trace(path: Path | str) -> list[TraceRow]:
         raise LogError(str(path), f"cannot be read: {error}") from error
 
 
+def read_whole_rows(text: str, path: str) -> tuple[list[TraceRow], int]:
+    """The whole rows of a trace whose writing broke off, or that was damaged since; and how many lines are not whole.
+
+    Raises:
+        LogError: it is no trace of this version: its first line differs.
+    """
+    *lines, cut = text.split("\n")
+    if not lines:
+        return [], int(bool(cut))
+    first = lines[0].split(",")
+    lengths = _lengths(tuple(first), path)
+    rows: list[TraceRow] = []
+    for line in lines[1:]:
+        with contextlib.suppress(ValueError):
+            rows.append(_row(line.split(","), lengths, len(first)))
+    return rows, len(lines) - 1 - len(rows) + bool(cut)
+
+
+def _lengths(first: tuple[str, ...], path: str) -> Lengths:
+    lengths = _HEADERS.get(first)
+    if lengths is None:
+        raise LogError(path, "is not a trace of this version of mavquad: its first line differs")
+    return lengths
+
+
 def _rows(lines: Iterator[list[str]], path: str) -> Iterator[TraceRow]:
     first = tuple(next(lines, ()))
     if not first:
         return  # the law was never in control
-    lengths = _HEADERS.get(first)
-    if lengths is None:
-        raise LogError(path, "is not a trace of this version of mavquad: its first line differs")
+    lengths = _lengths(first, path)
     for number, cells in enumerate(lines, start=2):
         try:
             yield _row(cells, lengths, len(first))
@@ -112,6 +136,12 @@ def _rows(lines: Iterator[list[str]], path: str) -> Iterator[TraceRow]:
 
 
 def _cells(row: TraceRow) -> list[str | int]:
+    numbers = map(repr, _numbers(row))
+    return [row.stamp_us, row.vehicle_stamp_us, row.phase, *numbers, _LIMITS_JOINT.join(row.limits)]
+
+
+def _numbers(row: TraceRow) -> list[float]:
+    """In the order of the header."""
     vectors: Iterable[tuple[float, ...]] = (
         row.measured,
         row.reference,
@@ -122,8 +152,15 @@ def _cells(row: TraceRow) -> list[str | int]:
         row.input,
         row.controls,
     )
-    numbers = [repr(float(number)) for vector in vectors for number in vector]
-    return [row.stamp_us, row.vehicle_stamp_us, row.phase, *numbers, _LIMITS_JOINT.join(row.limits)]
+    return [float(number) for vector in vectors for number in vector]
+
+
+def row_values(row: TraceRow) -> dict[str, float | int | str]:
+    """One row by the names of its columns."""
+    names = header((len(row.zeta_hat[0]), len(row.zeta_hat[1])))
+    values: tuple[float | int | str, ...]
+    values = (row.stamp_us, row.vehicle_stamp_us, row.phase, *_numbers(row), _LIMITS_JOINT.join(row.limits))
+    return dict(zip(names, values, strict=True))
 
 
 def _row(cells: Sequence[str], lengths: Lengths, width: int) -> TraceRow:
