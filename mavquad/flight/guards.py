@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from pydantic import Field
 
+from mavquad.flight.guard_types import Tripped as Tripped
 from mavquad.schema import Section
 from mavquad.types import Attitude, Position
 
@@ -24,14 +24,6 @@ class GuardParams(Section):
     """Height above the arming point."""
     floor_m: float = Field(default=0.5, ge=0.0)
     """Height above the arming point."""
-
-
-@dataclass(frozen=True, slots=True)
-class Tripped:
-    """Which guard tripped, and the words for it."""
-
-    name: str
-    words: str
 
 
 def tilt_rad(attitude: Attitude) -> float:

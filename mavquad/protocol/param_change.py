@@ -23,7 +23,7 @@ MAX_TRIES = 20
 """With 20 % lost each way, one of 10^9 questions stays without an answer."""
 _KEPT_AFTER = 10
 """Answers that still show another value, after which it is believed that the vehicle keeps it. Each may be old, or that
-to a question whose PARAM_SET was lost: of 10^5 changes with 20 % lost each way, about one is given up in vain."""
+to a question whose PARAM_SET was lost: of 30000 changes with 20 % lost each way, 10 gave up none in vain, 4 one in 200."""
 
 Target = tuple[int, int]
 
