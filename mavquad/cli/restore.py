@@ -11,7 +11,7 @@ from rich.text import Text
 
 from mavquad.cli.terminal import QuietConsole, say, shown
 from mavquad.drivers.live import Clock, open_live
-from mavquad.drivers.parameter_file import read_parameters, write_parameters
+from mavquad.drivers.parameters_file import mark_restored, read_parameters
 from mavquad.drivers.run_folder import to_json
 from mavquad.errors import EXIT_OK, RunFolderError
 from mavquad.protocol.link import LinkParams
@@ -31,7 +31,7 @@ def restore(run: Path, connect: str | None, force: bool, as_json: bool) -> int:
         return EXIT_OK
     restorer = asyncio.run(_restore(changed, _link(run, connect), force))
     if restorer.error is None:
-        write_parameters(run, changed.model_copy(update={"restored": True}))
+        mark_restored(run, changed)
     if as_json:
         say(to_json(_json(changed, restorer)))
     else:

@@ -8,6 +8,7 @@
     trace.csv      one row a step of the law
     summary.json   what was measured
     flight.png     to be looked at
+    report.html    the same to be looked into: a page that needs nothing else
 
 What streams in during the flight is flushed about once a second, so that a crash of ours loses no more than that;
 what is written at the end appears whole or not at all.
@@ -31,9 +32,9 @@ from mavquad.flight_record import Note, TraceRow
 from mavquad.tlog import TlogWriter
 
 FLUSH_US = 1_000_000
-EVENT_ARGUMENTS = {"start": (0,), "parameters_kept": (0,), "stop": (0,), "goto": (3, 4), "land": (0,), "end": (0,)}
+EVENT_ARGUMENTS = {"start": (0,), "kept": (0,), "stop": (0,), "goto": (3, 4), "land": (0,), "end": (0,)}
 """How many arguments each event may have; goto: north, east, down in m, and yaw where it is given. The driver says
-parameters_kept when what a flight is about to change on its vehicle is safe in the run folder."""
+kept when what a flight is about to change on its vehicle is safe in the run folder."""
 
 
 class RunFolder:

@@ -1,11 +1,12 @@
 """`mavquad restore` from the outside: what it refuses, what it has nothing to do for, whom it takes for the vehicle."""
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
-from mavquad.drivers.parameter_file import NAME, read_parameters, write_parameters
+from mavquad.drivers.parameters_file import NAME, mark_restored, read_parameters, write_parameters
 from mavquad.errors import RunFolderError
 from mavquad.protocol.codec import Encoder, decode, mavlink
 from mavquad.protocol.link import LinkParams
@@ -23,13 +24,27 @@ def columns() -> str:
     return "200"
 
 
+@dataclass
+class Folder:
+    """What a flight writes into."""
+
+    path: Path
+
+    def write_whole(self, name: str, text: str) -> None:
+        (self.path / name).write_text(text)
+
+
+def keep(path: Path, records: tuple[ParamRecord, ...] = (TIMEOUT,)) -> None:
+    write_parameters(Folder(path), (1, 1), mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, records)
+
+
 @pytest.fixture
 def run(tmp_path) -> Path:
     """A run folder as a flight that was killed leaves it."""
     folder = tmp_path / "run"
     folder.mkdir()
     (folder / "config.toml").write_text('[link]\nurl = "udpin:127.0.0.1:0"\n')
-    write_parameters(folder, CHANGED)
+    keep(folder)
     return folder
 
 
@@ -45,7 +60,7 @@ def test_what_is_written_is_read_again(run):
 
 def test_integers_stay_integers(run):
     record = ParamRecord(name="GUID_OPTIONS", type="INT32", original=2**24 - 1, changed=8)
-    write_parameters(run, CHANGED.model_copy(update={"parameters": (record,)}))
+    keep(run, (record,))
     kept = read_parameters(run).parameters[0]
     assert (kept.original, type(kept.original)) == (16777215, int)
 
@@ -104,10 +119,10 @@ def test_a_folder_that_is_no_run(cli, tmp_path):
 def test_nothing_to_restore(cli, run, kept):
     if kept == "nothing":
         (run / NAME).unlink()
+    elif kept == "empty":
+        keep(run, ())
     else:
-        write_parameters(
-            run, CHANGED.model_copy(update={"restored": True} if kept == "restored" else {"parameters": ()})
-        )
+        mark_restored(run, CHANGED)
     code, out, err = cli("restore", str(run))
     assert (code, err) == (0, "")
     assert out.startswith("nothing to restore: ")

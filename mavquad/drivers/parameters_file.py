@@ -3,24 +3,63 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Protocol
 
 from mavquad.drivers.run_folder import write_whole
 from mavquad.errors import ConfigError, RunFolderError
-from mavquad.protocol.param_record import ChangedParameters
+from mavquad.protocol.param_record import ChangedParameters, ParamRecord, autopilot_name
 from mavquad.schema import parse_section
 
 NAME = "parameters.json"
 _HINT = "mavquad writes it whole, so it was cut or changed afterwards; set the parameters with a ground station"
 
 
-def write_parameters(folder: Path, changed: ChangedParameters) -> None:
-    """Keep what is about to be changed, or, `restored`, that it was put back; whole or not at all.
+class Folder(Protocol):
+    """A run folder that a file can be written into; `mavquad.drivers.run_folder.RunFolder` is one."""
+
+    def write_whole(self, name: str, text: str) -> None:
+        """Write a file so that it appears whole or not at all."""
+
+
+def write_parameters(
+    folder: Folder, target: tuple[int, int], autopilot: int, records: Sequence[ParamRecord], restored: bool = False
+) -> None:
+    """Keep what is about to be changed; or, `restored`, that it was put back. Whole or not at all.
+
+    Args:
+        folder: of the run.
+        target: (system id, component id) of the vehicle.
+        autopilot: MAV_AUTOPILOT of its HEARTBEAT.
+        records: what is changed.
+        restored: whether it was put back, and read back.
 
     Raises:
         RunFolderError: it cannot be written; nothing may be changed then.
     """
-    write_whole(folder / NAME, changed.model_dump_json(indent=2) + "\n")
+    system_id, component_id = target
+    changed = ChangedParameters(
+        system_id=system_id,
+        component_id=component_id,
+        autopilot=autopilot_name(autopilot),
+        parameters=tuple(records),
+        restored=restored,
+    )
+    folder.write_whole(NAME, _text(changed))
+
+
+def mark_restored(folder: Path, changed: ChangedParameters) -> None:
+    """Note in a run folder of earlier that its parameters were put back.
+
+    Raises:
+        RunFolderError: it cannot be written.
+    """
+    write_whole(folder / NAME, _text(changed.model_copy(update={"restored": True})))
+
+
+def _text(changed: ChangedParameters) -> str:
+    return changed.model_dump_json(indent=2) + "\n"
 
 
 def read_parameters(folder: Path) -> ChangedParameters | None:
