@@ -11,7 +11,7 @@ from mavquad.endpoint import NEVER_US, floor_to_grid_us, grid_us
 from mavquad.errors import MavquadError
 from mavquad.flight.machine import Phase
 from mavquad.flight_record import Note, Status, TraceRow
-from mavquad.protocol.codec import Encoder, Message, decode, mavlink, message_id
+from mavquad.protocol.codec import Message, decode, mavlink, message_id
 from mavquad.protocol.link import Link, heartbeat
 from mavquad.protocol.timesync import TimeSync
 
@@ -26,15 +26,15 @@ class Agent:
         sync: the vehicle's clock on ours.
     """
 
-    def __init__(self, params: AgentParams, start_us: int) -> None:
+    def __init__(self, params: AgentParams, start_us: int, key: bytes | None = None) -> None:
+        """`key`: of MAVLink 2 signing; it is no part of the parameters, which are kept in the run folder."""
         start_us = floor_to_grid_us(start_us)
         self._outbox: list[bytes] = []
-        self._encoder = Encoder(params.link.system_id, params.link.component_id)
         self._silence_us = grid_us(params.link.heartbeat_timeout_s)
         self._heartbeat_us = start_us if params.link.speaks_first else NEVER_US
         self._now_us = start_us
         self._captain = Captain(params, start_us, self._send)
-        self.link = Link(params.link)
+        self.link = Link(params.link, key)
         self.sync = TimeSync()
 
     # ------------------------------------------------------------------ Endpoint
@@ -82,7 +82,7 @@ class Agent:
         return outbox
 
     def _send(self, message: Message) -> None:
-        self._outbox.append(self._encoder.encode(message))
+        self._outbox.append(self.link.encode(message, self._now_us))
 
     def _send_heartbeat(self) -> None:
         self._heartbeat_us = self._now_us + HEARTBEAT_US
@@ -107,7 +107,7 @@ class Agent:
 
     def last_resort(self) -> list[bytes]:
         """Frames to send when this agent itself has failed in flight: hold, and no rotation meanwhile."""
-        return [self._encoder.encode(message) for message in self._captain.last_resort()]
+        return [self.link.encode(message, self._now_us) for message in self._captain.last_resort()]
 
     @property
     def phase(self) -> Phase:

@@ -61,13 +61,16 @@ class LockstepFlight:
 
 
 def prepare(
-    overrides: dict[str, object] | None = None, faults: list[dict[str, object]] | None = None
+    overrides: dict[str, object] | None = None, faults: list[dict[str, object]] | None = None, key: bytes | None = None
 ) -> LockstepFlight:
-    """A flight that is ready to be run; overrides are keys of the configuration with their values as TOML text."""
+    """A flight that is ready to be run; overrides are keys of the configuration with their values as TOML text.
+
+    `key` is the agent's of MAVLink 2 signing.
+    """
     given = [Override(key, str(value)) for key, value in (overrides or {}).items()]
     config = load(default_config(), given)
     mock_config = parse_section(MockConfig, {**config.mock, "faults": faults or []}, "test", "mock")
-    agent = Agent(config, START_US)
+    agent = Agent(config, START_US, key)
     mock = MockAutopilot(mock_config, config.seed, START_US)
     recording = Recording()
     lockstep = Lockstep(agent, ImpairedLink(mock, mock_config.link, config.seed), recording)

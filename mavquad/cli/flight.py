@@ -35,7 +35,10 @@ def load_config(path: Path | None, overrides: Sequence[Override]) -> tuple[Confi
     config = load(path, overrides)
     with blaming_options(overrides):
         mock = parse_section(MockConfig, config.mock, str(path), "mock")
-    return config.model_copy(update={"mock": mock.model_dump(mode="json")}), mock
+    link = config.link
+    if link.signing_key_file:  # a replay may be started elsewhere
+        link = link.model_copy(update={"signing_key_file": str(Path(link.signing_key_file).expanduser().absolute())})
+    return config.model_copy(update={"link": link, "mock": mock.model_dump(mode="json")}), mock
 
 
 def default_run_dir(kind: str) -> Path:
@@ -119,6 +122,7 @@ class Flight:
         writes: list[Callable[[], None]] = [
             lambda: self.folder.write_whole("summary.json", to_json(summary)),
             lambda: self._draw(summary, metrics),
+            lambda: self.folder.write_whole("report.html", self._page(summary)),
         ]
         for write in writes:
             try:
@@ -138,7 +142,8 @@ class Flight:
 
     @staticmethod
     def _link(agent: Agent, runner: Runner) -> dict[str, int]:
-        """Frames lost on the way here, chunks with damage, frames of unknown messages and of others than the vehicle.
+        """Frames lost on the way here, chunks with damage, frames of unknown messages and of others than the vehicle,
+        frames that bear its name and are not its own, and frames that are not rightly signed.
 
         Strangers are datagrams that came from elsewhere than the vehicle's address; dropped are frames of ours that
         could not be sent.
@@ -150,6 +155,8 @@ class Flight:
             "bad": framer.bad_chunks,
             "unknown": framer.unknown,
             "foreign": agent.link.foreign,
+            "forged": agent.link.forged,
+            "rejected": agent.link.rejected.total(),
             "strangers": runner.strangers,
             "dropped": runner.dropped,
         }
@@ -172,6 +179,16 @@ class Flight:
         if agent.error is not None:
             return agent.error.exit_code
         return EXIT_INTERRUPTED if agent.interrupted else EXIT_OK
+
+    def _page(self, summary: dict[str, Any]) -> str:
+        # What reads logs is not needed in flight.
+        from mavquad.analysis.report.of_run import MESSAGES, report_of_run
+        from mavquad.analysis.report.page import page
+        from mavquad.analysis.report.run_data import RunData, add_log
+
+        run = RunData(self.folder.path, self.rows, self._notes, summary, dump(self.config))
+        add_log(run, MESSAGES)
+        return page(report_of_run(run))
 
     def _draw(self, summary: dict[str, Any], metrics: FlightMetrics) -> None:
         # matplotlib takes half a second to import, and a flight must not wait for it.

@@ -16,6 +16,7 @@ from mavquad.cli.mock_options import refuse_without_mock
 from mavquad.cli.mock_process import start_mock
 from mavquad.cli.outcome import show
 from mavquad.config import Config, Override
+from mavquad.drivers.key_file import key_of
 from mavquad.drivers.live import Clock, LiveDriver, open_live
 from mavquad.errors import Abandoned, EndpointError
 from mavquad.url import MOCK, parse_url
@@ -40,7 +41,7 @@ async def _fly(config: Config, run_dir: Path, as_json: bool) -> int:
     clock = Clock()
     start_us = clock.now_us()
     started = time.perf_counter()
-    agent = Agent(config, start_us)
+    agent = Agent(config, start_us, key_of(config.link))
     address = parse_url(config.link.url)
     with Flight(config, run_dir) as flight:
         try:

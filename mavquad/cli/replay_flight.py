@@ -16,6 +16,7 @@ from mavquad.cli.new_file import new_file
 from mavquad.cli.terminal import QuietConsole, say, shown
 from mavquad.config import Config, Override, load
 from mavquad.drivers.flown import Witness
+from mavquad.drivers.key_file import key_of
 from mavquad.drivers.replay import OperatorEvent, ReplayResult, replay
 from mavquad.drivers.run_folder import read_events, to_json
 from mavquad.errors import EXIT_OK, InputError, ReplayDiffers, RunFolderError
@@ -60,7 +61,7 @@ def replay_flight(path: Path, contents: TlogContents, other: OtherLaw, output: P
     events = read_events(path.parent)
     start_us = _start(events, path.parent)
     started = time.perf_counter()
-    agent = Agent(config, start_us)
+    agent = Agent(config, start_us, key_of(config.link))
     witness = Witness(agent, config)
     result = replay(agent, start_us, contents, events, witness if other_config else lambda _: None)
     wall_s = time.perf_counter() - started

@@ -15,6 +15,7 @@ from mavquad.analysis.metrics import LEFT_OUT_S
 from mavquad.cli.display import Display
 from mavquad.cli.flight import Flight, default_run_dir, load_config
 from mavquad.config import Override
+from mavquad.drivers.key_file import key_of
 from mavquad.drivers.lockstep import START_US, Lockstep, without_collector
 from mavquad.flight.machine import Phase
 from mavquad.frames import ned_from_nwu
@@ -30,7 +31,7 @@ STEPS_BETWEEN_LOOKS = 100
 def sim(path: Path | None, overrides: list[Override], run_dir: Path | None, as_json: bool) -> int:
     """Fly in lockstep; returns the exit code."""
     config, mock_config = load_config(path, overrides)
-    agent = Agent(config, START_US)
+    agent = Agent(config, START_US, key_of(config.link))
     mock = MockAutopilot(mock_config, config.seed, START_US)
     far = ImpairedLink(mock, mock_config.link, config.seed)
     with Flight(config, run_dir or default_run_dir("sim")) as flight:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from mavquad.protocol.codec import Encoder, mavlink
+from mavquad.protocol.codec import Encoder, decode, is_signed, mavlink
 from mavquad.protocol.link import Link, LinkParams, heartbeat
+from mavquad.protocol.signing import Signing, key_of_passphrase
 
 PX4 = mavlink.MAV_AUTOPILOT_PX4
 INVALID = mavlink.MAV_AUTOPILOT_INVALID
@@ -84,6 +85,62 @@ def test_the_vehicles_frames_pass():
     link = locked()
     assert link.accept(attitude(sequence=1), 5000)
     assert link.last_heard_us == 5000
+
+
+def test_mavlink_1_is_forged_once_the_vehicle_has_spoken_mavlink_2():
+    old, new = Encoder(1, 1, version=1), Encoder(1, 1)
+    link = Link(LinkParams())
+    standby = mavlink.MAVLink_heartbeat_message(QUAD, PX4, 0, 0, 0, 3)
+    assert link.accept(old.encode(standby), 1000)
+    assert link.accept(old.encode(standby), 2000)  # PX4 1.13 begins with it
+    assert link.accept(new.encode(standby), 3000)
+    assert not link.accept(old.encode(standby), 4000)
+    assert not link.accept(old.encode(mavlink.MAVLink_attitude_message(1, 0, 0, 0, 0, 0, 0)), 4000)
+    assert (link.forged, link.foreign, link.last_heard_us) == (2, 0, 3000)
+
+
+@pytest.mark.parametrize(("autopilot", "kind"), [(INVALID, QUAD), (PX4, 0), (3, QUAD)])
+def test_a_heartbeat_of_something_else_under_the_vehicles_name_is_forged(autopilot, kind):
+    link = locked()
+    assert not link.accept(beat(autopilot=autopilot, kind=kind, sequence=1), 2000)
+    assert link.accept(beat(sequence=1), 3000)
+    assert (link.forged, link.last_heard_us) == (1, 3000)
+
+
+NOW_US = 1_700_000_000_000_000
+KEY = key_of_passphrase("a secret")
+
+
+def signed(signing, message, now_us, encoder):
+    return signing.sign(encoder.encode(message, signed=True), now_us)
+
+
+def test_with_a_key_what_is_not_rightly_signed_is_not_taken():
+    link = Link(LinkParams(), KEY)
+    good, bad, encoder = Signing(KEY, 0), Signing(key_of_passphrase("another"), 0), Encoder(1, 1)
+    standby = mavlink.MAVLink_heartbeat_message(QUAD, PX4, 0, 0, 0, 3)
+    assert not link.accept(beat(), NOW_US)
+    assert not link.accept(signed(bad, standby, NOW_US, encoder), NOW_US)
+    assert link.vehicle is None
+    frame = signed(good, standby, NOW_US, encoder)
+    assert link.accept(frame, NOW_US)
+    assert not link.accept(frame, NOW_US + 100)  # said again by somebody who had heard it
+    assert not link.accept(attitude(sequence=2), NOW_US + 200)
+    assert link.rejected == {"unsigned": 2, "wrong signature": 1, "old timestamp": 1}
+    assert link.last_heard_us == NOW_US
+
+
+def test_with_a_key_what_is_sent_is_signed_with_our_link_id_and_rising_timestamps():
+    link = Link(LinkParams(signing_link_id=7), KEY)
+    frames = [link.encode(heartbeat(), NOW_US) for _ in range(3)]
+    assert {frame[-13] for frame in frames} == {7}
+    other = Signing(KEY, 0)
+    assert [other.check(frame, NOW_US) for frame in frames] == [None, None, None]
+    assert [decode(frame).get_seq() for frame in frames] == [0, 1, 2]
+
+
+def test_without_a_key_nothing_is_signed():
+    assert not is_signed(Link(LinkParams()).encode(heartbeat(), NOW_US))
 
 
 def test_we_are_a_ground_station_on_the_link():
