@@ -1,36 +1,46 @@
-"""The pose stream of one vehicle in a log: positions, velocities and headings by the vehicle's own clock, in NWU.
+"""The pose stream of one vehicle in a log: positions, velocities and attitudes by the vehicle's own clock, in NWU.
 
-Positions come from LOCAL_POSITION_NED, or else from GLOBAL_POSITION_INT as metres from its first fix; headings from
-ATTITUDE. A stamp (`time_boot_ms`) that repeats or steps back a little is skipped; one that steps back far is a reboot,
-and one that jumps ahead is a gap: each begins a new segment.
+Positions come from LOCAL_POSITION_NED, ODOMETRY or GLOBAL_POSITION_INT, attitudes from ATTITUDE, ATTITUDE_QUATERNION or
+ODOMETRY: of each the one that the log has most of, where a finer one counts for more. GLOBAL_POSITION_INT is metres from
+GPS_GLOBAL_ORIGIN, as the local positions are, or else from HOME_POSITION, or else from its own first fix.
+
+A stamp of the vehicle that repeats or steps back a little is skipped; one that steps back far is a reboot, and one that
+jumps ahead is a gap: each begins a new segment.
 """
 
 from __future__ import annotations
 
 import math
+from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from mavquad.frames import euler_flipped, flu_from_frd, nwu_from_ned
+from mavquad.analysis.pose_messages import (
+    Geodetic,
+    euler_attitude,
+    local_position,
+    odometry_attitude,
+    odometry_position,
+    quaternion_attitude,
+)
+from mavquad.control.euler import euler_rates, trig
 from mavquad.protocol.codec import Message, decode, frame_source, mavlink, message_id
 from mavquad.tlog import TlogContents
-from mavquad.types import Vec3
+from mavquad.types import Attitude, Position
 
 _LOCAL = mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED
+_ODOMETRY = mavlink.MAVLINK_MSG_ID_ODOMETRY
 _GLOBAL = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
 _ATTITUDE = mavlink.MAVLINK_MSG_ID_ATTITUDE
+_QUATERNION = mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION
+_ORIGIN = mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN
+_HOME = mavlink.MAVLINK_MSG_ID_HOME_POSITION
+_POSITION_WORTH = {_LOCAL: 1.0, _ODOMETRY: 0.9, _GLOBAL: 0.3}
+_ATTITUDE_WORTH = {_ATTITUDE: 1.0, _QUATERNION: 0.9, _ODOMETRY: 0.8}
 _REBOOT_US = 1_000_000
 _GAP_US = 5_000_000
-_EARTH_RADIUS_M = 6_378_137.0
+_OTHER_CLOCK_US = 86_400_000_000  # ODOMETRY may have Unix time
 _LEAST_COS_PITCH = 1e-3  # nearer to vertical than that there is no heading
-
-
-@dataclass(frozen=True, slots=True)
-class PoseSample:
-    """Position (m) and the log's own velocity (m/s), NWU, at `stamp_us` of the vehicle's clock."""
-
-    stamp_us: int
-    position_nwu_m: Vec3
-    velocity_nwu_m_s: Vec3
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,16 +54,30 @@ class HeadingSample:
 
 @dataclass(frozen=True, slots=True)
 class PoseSegment:
-    """A stretch without reboot or long gap; its first sample arrived `log_start_s` after the log began."""
+    """A stretch without reboot or long gap; its first sample arrived `log_start_s` after the log began.
+
+    Attributes:
+        log_start_s: s since the log began.
+        first_stamp_us: of the vehicle's clock.
+        poses: positions with the log's own velocities.
+        attitudes: attitudes with the log's own body rates.
+    """
 
     log_start_s: float
     first_stamp_us: int
-    poses: list[PoseSample] = field(default_factory=list)
-    headings: list[HeadingSample] = field(default_factory=list)
+    poses: list[Position] = field(default_factory=list)
+    attitudes: list[Attitude] = field(default_factory=list)
 
     def log_time_s(self, stamp_us: int) -> float:
         """A stamp of the vehicle's clock as seconds since the log began."""
         return self.log_start_s + (stamp_us - self.first_stamp_us) * 1e-6
+
+    @property
+    def headings(self) -> list[HeadingSample]:
+        """Headings and the rates at which they turn; none where the nose points straight up or down."""
+        return [
+            _heading(attitude) for attitude in self.attitudes if abs(math.cos(attitude.pitch_rad)) >= _LEAST_COS_PITCH
+        ]
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,36 +86,81 @@ class PoseStream:
 
     Attributes:
         source: the message that the positions are from; "" if there is no usable one.
+        attitude_source: the message that the attitudes are from; "" likewise.
         segments: between reboots and gaps, in order.
         repeated: samples skipped for a stamp that was seen already.
         backward: samples skipped for a stamp a little before the last one.
         invalid: samples skipped for a value that is not finite, or a fix at 0, 0.
+        geodetic: of GLOBAL_POSITION_INT, in the frame of these positions; None where that is not known.
     """
 
     source: str
+    attitude_source: str
     segments: tuple[PoseSegment, ...]
     repeated: int
     backward: int
     invalid: int
+    geodetic: Geodetic | None = None
+
+
+Reader = Callable[[Message], Position | Attitude | None]
+_POSITIONS: dict[int, Reader] = {_LOCAL: local_position, _ODOMETRY: odometry_position}
+_ATTITUDES: dict[int, Reader] = {
+    _ATTITUDE: euler_attitude,
+    _QUATERNION: quaternion_attitude,
+    _ODOMETRY: odometry_attitude,
+}
 
 
 def pose_stream(contents: TlogContents, sender: tuple[int, int]) -> PoseStream:
     """Collect the poses of one (system, component)."""
-    ids = [message_id(record.frame) for record in contents if frame_source(record.frame) == sender]
-    position_id = _LOCAL if ids.count(_LOCAL) > 1 else _GLOBAL
+    counts: Counter[int] = Counter()
+    origins: dict[int, tuple[int, int, int]] = {}
+    for record in contents:
+        if frame_source(record.frame) == sender:
+            number = message_id(record.frame)
+            counts[number] += 1
+            if number in (_ORIGIN, _HOME) and number not in origins:
+                message = decode(record.frame)
+                origins[number] = (message.latitude, message.longitude, message.altitude)
+    position_id, attitude_id = _best(counts, _POSITION_WORTH), _best(counts, _ATTITUDE_WORTH)
+    geodetic = Geodetic(origins.get(_ORIGIN) or origins.get(_HOME))
+    readers: dict[int, list[Reader]] = {position_id: [], attitude_id: []}
+    readers[position_id].append(_POSITIONS.get(position_id, geodetic))
+    readers[attitude_id].append(_ATTITUDES[attitude_id])
     collector = _Collector(contents[0].stamp_us if len(contents) else 0)
-    locate = _local_pose if position_id == _LOCAL else _Geodetic()
+    _collect(contents, sender, collector, readers)
+    segments = tuple(collector.segments)
+    return PoseStream(
+        source=_name(position_id) if any(segment.poses for segment in segments) else "",
+        attitude_source=_name(attitude_id) if any(segment.attitudes for segment in segments) else "",
+        segments=segments,
+        repeated=collector.repeated,
+        backward=collector.backward,
+        invalid=collector.invalid,
+        geodetic=geodetic if position_id == _GLOBAL or _ORIGIN in origins else None,
+    )
+
+
+def _collect(
+    contents: TlogContents, sender: tuple[int, int], collector: _Collector, readers: dict[int, list[Reader]]
+) -> None:
     for record in contents:
         if frame_source(record.frame) != sender:
             continue
-        number = message_id(record.frame)
-        if number == position_id:
-            collector.add(number, record.stamp_us, locate(decode(record.frame)))
-        elif number == _ATTITUDE:
-            collector.add(number, record.stamp_us, _heading(decode(record.frame)))
-    located = any(segment.poses for segment in collector.segments)
-    source = mavlink.mavlink_map[position_id].msgname if located else ""
-    return PoseStream(source, tuple(collector.segments), collector.repeated, collector.backward, collector.invalid)
+        if wanted := readers.get(message_id(record.frame)):
+            message = decode(record.frame)
+            for read in wanted:
+                collector.add(read, record.stamp_us, read(message))
+
+
+def _best(counts: Counter[int], worth: dict[int, float]) -> int:
+    """The message with the most samples, by their worth; a single one is none."""
+    return max(worth, key=lambda number: (counts[number] > 1, counts[number] * worth[number]))
+
+
+def _name(number: int) -> str:
+    return str(mavlink.mavlink_map[number].msgname)
 
 
 class _Collector:
@@ -102,26 +171,36 @@ class _Collector:
         self.repeated = self.backward = self.invalid = 0
         self._log_start_us = log_start_us
         self._newest_us = 0
-        self._last_us: dict[int, int] = {}
+        self._last_us: dict[Reader, int] = {}
+        self._shifts_us: dict[Reader, int] = {}
 
-    def add(self, number: int, log_stamp_us: int, sample: PoseSample | HeadingSample | None) -> None:
-        """Take in a sample of message `number`; None is one without a usable value."""
+    def add(self, stream: Reader, log_stamp_us: int, sample: Position | Attitude | None) -> None:
+        """Take in a sample of a stream; None is one without a usable value."""
         if sample is None:
             self.invalid += 1
             return
-        if not self.segments or self._begins_anew(number, sample.stamp_us):
+        sample = self._on_one_clock(stream, sample)
+        if not self.segments or self._begins_anew(stream, sample.stamp_us):
             self._begin(log_stamp_us, sample.stamp_us)
-        last_us = self._last_us.get(number, -1)
+        last_us = self._last_us.get(stream, -1)
         if sample.stamp_us == last_us:
             self.repeated += 1
         elif sample.stamp_us < last_us:
             self.backward += 1
         else:
-            self._append(number, sample)
+            self._append(stream, sample)
 
-    def _begins_anew(self, number: int, stamp_us: int) -> bool:
+    def _on_one_clock(self, stream: Reader, sample: Position | Attitude) -> Position | Attitude:
+        """A stream that counts from elsewhere is moved to where the others are as it begins."""
+        if stream not in self._shifts_us:
+            ahead_us = sample.stamp_us - self._newest_us if self.segments else 0
+            self._shifts_us[stream] = ahead_us if abs(ahead_us) > _OTHER_CLOCK_US else 0
+        shift_us = self._shifts_us[stream]
+        return sample._replace(stamp_us=sample.stamp_us - shift_us) if shift_us else sample
+
+    def _begins_anew(self, stream: Reader, stamp_us: int) -> bool:
         """Whether the clock stepped back for good, or this message (or all of them) paused for long."""
-        silent_since_us = self._last_us.get(number, self._newest_us)
+        silent_since_us = self._last_us.get(stream, self._newest_us)
         return stamp_us < self._newest_us - _REBOOT_US or stamp_us > silent_since_us + _GAP_US
 
     def _begin(self, log_stamp_us: int, stamp_us: int) -> None:
@@ -129,52 +208,15 @@ class _Collector:
         self._last_us.clear()
         self._newest_us = stamp_us
 
-    def _append(self, number: int, sample: PoseSample | HeadingSample) -> None:
-        self._last_us[number] = sample.stamp_us
+    def _append(self, stream: Reader, sample: Position | Attitude) -> None:
+        self._last_us[stream] = sample.stamp_us
         self._newest_us = max(self._newest_us, sample.stamp_us)
-        if isinstance(sample, PoseSample):
+        if isinstance(sample, Position):
             self.segments[-1].poses.append(sample)
         else:
-            self.segments[-1].headings.append(sample)
+            self.segments[-1].attitudes.append(sample)
 
 
-def _pose(time_boot_ms: int, position_ned_m: Vec3, velocity_ned_m_s: Vec3) -> PoseSample | None:
-    if not all(map(math.isfinite, (*position_ned_m, *velocity_ned_m_s))):
-        return None
-    return PoseSample(time_boot_ms * 1000, nwu_from_ned(position_ned_m), nwu_from_ned(velocity_ned_m_s))
-
-
-def _local_pose(message: Message) -> PoseSample | None:
-    position_ned_m = (message.x, message.y, message.z)
-    return _pose(message.time_boot_ms, position_ned_m, (message.vx, message.vy, message.vz))
-
-
-class _Geodetic:
-    """GLOBAL_POSITION_INT as metres from the first fix, on a plane that touches the Earth there."""
-
-    def __init__(self) -> None:
-        self._origin: tuple[int, int, int] | None = None
-
-    def __call__(self, message: Message) -> PoseSample | None:
-        if message.lat == 0 and message.lon == 0:
-            return None
-        if self._origin is None:
-            self._origin = (message.lat, message.lon, message.alt)
-        lat0, lon0, alt0 = self._origin
-        north_m = math.radians((message.lat - lat0) * 1e-7) * _EARTH_RADIUS_M
-        east_m = math.radians((message.lon - lon0) * 1e-7) * _EARTH_RADIUS_M * math.cos(math.radians(lat0 * 1e-7))
-        velocity_ned_m_s = (message.vx * 0.01, message.vy * 0.01, message.vz * 0.01)
-        return _pose(message.time_boot_ms, (north_m, east_m, (alt0 - message.alt) * 1e-3), velocity_ned_m_s)
-
-
-def _heading(message: Message) -> HeadingSample | None:
-    """Yaw of ATTITUDE, and its time derivative (q sin(roll) + r cos(roll)) / cos(pitch)."""
-    rates_frd_rad_s = (message.rollspeed, message.pitchspeed, message.yawspeed)
-    if not all(map(math.isfinite, (message.roll, message.pitch, message.yaw, *rates_frd_rad_s))):
-        return None
-    roll_rad, pitch_rad, yaw_rad = euler_flipped(message.roll, message.pitch, message.yaw)
-    if abs(math.cos(pitch_rad)) < _LEAST_COS_PITCH:
-        return None
-    _, q, r = flu_from_frd(rates_frd_rad_s)
-    yaw_rate_rad_s = (q * math.sin(roll_rad) + r * math.cos(roll_rad)) / math.cos(pitch_rad)
-    return HeadingSample(message.time_boot_ms * 1000, yaw_rad, yaw_rate_rad_s)
+def _heading(attitude: Attitude) -> HeadingSample:
+    turning = trig(attitude.roll_rad, attitude.pitch_rad, attitude.yaw_rad)
+    return HeadingSample(attitude.stamp_us, attitude.yaw_rad, euler_rates(turning, attitude.rates_flu_rad_s)[2])

@@ -15,11 +15,11 @@ from statistics import median
 from typing import Any, TypeVar
 
 from mavquad.analysis.metrics import root_mean_square
-from mavquad.analysis.poses import HeadingSample, PoseSample, PoseSegment, PoseStream, pose_stream
+from mavquad.analysis.poses import HeadingSample, PoseSegment, PoseStream, pose_stream
 from mavquad.control.observer import Chain, ChainSpec, rows
 from mavquad.frames import unwrap_near
 from mavquad.tlog import TlogContents
-from mavquad.types import CHANNELS, Vec3, Vec4
+from mavquad.types import CHANNELS, Position, Vec3, Vec4
 
 T = TypeVar("T")
 
@@ -150,10 +150,11 @@ def observe(
 
 
 def _track(segment: PoseSegment, kappa: float | None, yaw_kappa: float | None) -> ShadowTrack:
+    headings = segment.headings
     by_axis = [_observe_axis(segment.poses, axis, kappa) for axis in range(3)]
     x, y, z = by_axis
-    yaw_rad = _continuous([sample.yaw_rad for sample in segment.headings])
-    stamps_us = [sample.stamp_us for sample in segment.headings]
+    yaw_rad = _continuous([sample.yaw_rad for sample in headings])
+    stamps_us = [sample.stamp_us for sample in headings]
     yaw = observe(yaw_kappa, CHANNELS.index("yaw"), stamps_us, yaw_rad) if yaw_kappa else []
     return ShadowTrack(
         times_s=tuple(segment.log_time_s(pose.stamp_us) for pose in segment.poses),
@@ -168,7 +169,7 @@ def _track(segment: PoseSegment, kappa: float | None, yaw_kappa: float | None) -
     )
 
 
-def _observe_axis(poses: Sequence[PoseSample], axis: int, kappa: float | None) -> list[tuple[float, ...]]:
+def _observe_axis(poses: Sequence[Position], axis: int, kappa: float | None) -> list[tuple[float, ...]]:
     if kappa is None:
         return []
     channel = CHANNELS.index("xyz"[axis])
@@ -218,7 +219,7 @@ def _settled(
     return [(e, v) for time_s, e, v in zip(times_s, estimated, logged, strict=True) if time_s >= from_s]
 
 
-def _median_spacing_s(stretches: Sequence[Sequence[PoseSample | HeadingSample]]) -> float | None:
+def _median_spacing_s(stretches: Sequence[Sequence[Position | HeadingSample]]) -> float | None:
     spacings_us = [later.stamp_us - earlier.stamp_us for samples in stretches for earlier, later in pairwise(samples)]
     return median(spacings_us) * 1e-6 if spacings_us else None
 

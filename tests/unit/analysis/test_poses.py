@@ -53,9 +53,16 @@ def test_fixes_at_zero_and_nan_are_not_used(log):
     log.local(1, (math.nan, 0, 0), STILL)
     log.local(2, (0, 0, 0), (0, math.inf, 0))
     log.attitude(2, 0.0, math.nan, 0.0)
-    log.attitude(2, 0.0, math.pi / 2, 0.0)
     stream = pose_stream(log.contents(), (1, 1))
-    assert (stream.source, stream.segments, stream.invalid) == ("", (), 4)
+    assert (stream.source, stream.attitude_source, stream.segments, stream.invalid) == ("", "", (), 3)
+
+
+def test_a_nose_that_points_up_has_no_heading(log):
+    log.attitude(1, 0.0, math.pi / 2, 0.0)
+    log.attitude(2, 0.0, math.pi / 2 - 0.1, 0.3)
+    [segment] = pose_stream(log.contents(), (1, 1)).segments
+    assert len(segment.attitudes) == 2
+    assert [heading.yaw_rad for heading in segment.headings] == pytest.approx([-0.3])
 
 
 @pytest.mark.parametrize(
@@ -68,6 +75,79 @@ def test_heading_turns_the_other_way_in_nwu(log, roll, rates, yaw_rate):
     [heading] = pose_stream(log.contents(), (1, 1)).segments[0].headings
     assert heading.yaw_rad == pytest.approx(-0.7)
     assert heading.yaw_rate_rad_s == pytest.approx(-yaw_rate)
+
+
+def odometry(log, t_s, place, q, velocity, rates=STILL, frames=(1, 12), time_us=None):
+    covariance = [math.nan] * 21
+    stamp_us = round(t_s * 1e6) if time_us is None else time_us
+    message = dialect.MAVLink_odometry_message(stamp_us, *frames, *place, q, *velocity, *rates, covariance, covariance)
+    log.add(t_s, message)
+
+
+TURNED = (math.cos(0.25), 0.0, 0.0, math.sin(0.25))  # 0.5 rad of yaw
+
+
+def test_odometry_alone_tells_the_whole_pose(log):
+    for t_s in (1, 2):
+        odometry(log, t_s, (1, 2, 3), TURNED, (1, 0, -1), (0.1, 0.2, 0.3))
+    stream = pose_stream(log.contents(), (1, 1))
+    assert (stream.source, stream.attitude_source) == ("ODOMETRY", "ODOMETRY")
+    position, attitude = stream.segments[0].poses[1], stream.segments[0].attitudes[1]
+    assert position.position_nwu_m == pytest.approx((1, -2, -3))
+    assert position.velocity_nwu_m_s == pytest.approx((math.cos(0.5), -math.sin(0.5), 1.0))  # the body's
+    assert attitude.yaw_rad == pytest.approx(-0.5)
+    assert attitude.rates_flu_rad_s == pytest.approx((0.1, -0.2, -0.3))
+
+
+@pytest.mark.parametrize(
+    ("frames", "position", "velocity"), [((1, 1), (1, -2, -3), (1, 0, 1)), ((21, 21), (1, 2, 3), (1, 0, -1))]
+)
+def test_frames_of_odometry(log, frames, position, velocity):
+    for t_s in (1, 2):
+        odometry(log, t_s, (1, 2, 3), TURNED, (1, 0, -1), frames=frames)
+    pose = pose_stream(log.contents(), (1, 1)).segments[0].poses[0]
+    assert (pose.position_nwu_m, pose.velocity_nwu_m_s) == (position, velocity)
+
+
+def test_odometry_by_another_clock_joins_the_others(log):
+    for tenth in range(30):
+        log.attitude(tenth / 10, 0, 0, 0)
+        odometry(log, tenth / 10, (tenth, 0, 0), TURNED, STILL, time_us=1_700_000_000_000_000 + tenth * 100_000)
+    [segment] = pose_stream(log.contents(), (1, 1)).segments
+    assert (len(segment.poses), len(segment.attitudes)) == (30, 30)
+    assert segment.poses[10].stamp_us == 1_000_000
+
+
+def test_quaternions_where_there_are_no_angles(log):
+    for t_s, q in ((1, TURNED), (2, (math.cos(0.1), math.sin(0.1), 0, 0)), (3, (math.cos(0.1), 0, math.sin(0.1), 0))):
+        log.add(t_s, dialect.MAVLink_attitude_quaternion_message(t_s * 1000, *q, 0.1, 0.2, 0.3))
+    log.add(4, dialect.MAVLink_attitude_quaternion_message(4000, 0, 0, 0, 0, 0, 0, 0))
+    stream = pose_stream(log.contents(), (1, 1))
+    angles = [attitude[1:4] for attitude in stream.segments[0].attitudes]
+    assert (stream.attitude_source, stream.invalid) == ("ATTITUDE_QUATERNION", 1)
+    for seen, wanted in zip(angles, [(0, 0, -0.5), (0.2, 0, 0), (0, -0.2, 0)], strict=True):
+        assert seen == pytest.approx(wanted, abs=1e-6)
+
+
+@pytest.mark.parametrize("origin", ["GPS_GLOBAL_ORIGIN", "HOME_POSITION"])
+def test_global_positions_count_from_the_origin_wherever_it_is_told(log, origin):
+    fix(log, 1, 60.001, 10.0, 130.0)
+    fix(log, 2, 60.001, 10.0, 130.0)
+    if origin == "GPS_GLOBAL_ORIGIN":
+        log.add(3, dialect.MAVLink_gps_global_origin_message(600000000, 100000000, 100000))
+        log.add(3, dialect.MAVLink_home_position_message(0, 0, 0, 0, 0, 0, [1, 0, 0, 0], 0, 0, 0))
+    else:
+        log.add(3, dialect.MAVLink_home_position_message(600000000, 100000000, 100000, 0, 0, 0, [1, 0, 0, 0], 0, 0, 0))
+    pose = pose_stream(log.contents(), (1, 1)).segments[0].poses[0]
+    assert pose.position_nwu_m == pytest.approx((111.3195, 0.0, 30.0), abs=1e-3)
+
+
+def test_a_stray_local_position_does_not_hide_the_global_ones(log):
+    for tenth in range(100):
+        fix(log, tenth / 10, 60.0, 10.0, 100.0)
+    for t_s in (20, 21):
+        log.local(t_s, (1, 2, 3), STILL)
+    assert pose_stream(log.contents(), (1, 1)).source == "GLOBAL_POSITION_INT"
 
 
 def test_other_senders_do_not_enter(log):
