@@ -1,4 +1,4 @@
-"""The guards over recordings of real autopilots, with their defaults: nothing trips in a quiet flight, and what went wrong does.
+"""The guards over recordings of real autopilots, with their defaults: quiet flights trip nothing, and what went wrong does.
 
 The recordings are not part of the project; MAVQUAD_TLOGS says where they are.
 """
