@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from mavquad.cli.terminal import QuietConsole, say, shown
+from mavquad.drivers.key_file import key_of
 from mavquad.drivers.live import Clock, open_live
 from mavquad.drivers.parameters_file import mark_restored, read_parameters
 from mavquad.drivers.run_folder import to_json
@@ -63,7 +64,7 @@ def _link(run: Path, connect: str | None) -> LinkParams:
 async def _restore(changed: ChangedParameters, link: LinkParams, force: bool) -> Restorer:
     clock = Clock()
     start_us = clock.now_us()
-    restorer = Restorer(changed, link, start_us, force)
+    restorer = Restorer(changed, link, start_us, key_of(link), force)
     driver = await open_live(
         restorer, parse_url(link.url), clock, start_us, locked=lambda: restorer.link.vehicle is not None
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from mavquad.endpoint import NEVER_US, floor_to_grid_us, grid_us
 from mavquad.errors import InputError, MavquadError, VehicleError, VehicleTimeout
-from mavquad.protocol.codec import Encoder, Message, decode, frame_source, mavlink, message_id
+from mavquad.protocol.codec import Message, decode, frame_source, mavlink, message_id
 from mavquad.protocol.link import Link, LinkParams, heartbeat
 from mavquad.protocol.param_change import ParamChange, restoring
 from mavquad.protocol.param_record import ChangedParameters, autopilot_name
@@ -26,6 +26,7 @@ class Restorer:
         changed: what the run changed.
         link: the connection, and who we are on it.
         start_us: now.
+        key: of a signed link.
         armed_too: whether to go on where the vehicle is armed.
 
     Attributes:
@@ -35,17 +36,23 @@ class Restorer:
         error: why nothing, or not all, was restored.
     """
 
-    def __init__(self, changed: ChangedParameters, link: LinkParams, start_us: int, armed_too: bool = False) -> None:
+    def __init__(
+        self,
+        changed: ChangedParameters,
+        link: LinkParams,
+        start_us: int,
+        key: bytes | None = None,
+        armed_too: bool = False,
+    ) -> None:
         start_us = floor_to_grid_us(start_us)
         self._changed = changed
         self._armed_too = armed_too
-        self._encoder = Encoder(link.system_id, link.component_id)
         self._outbox: list[bytes] = []
         self._heartbeat_us = start_us if link.speaks_first else NEVER_US
         self._connect_us = start_us + grid_us(CONNECT_S)
         self._now_us = start_us
         self._others: dict[tuple[int, int], str] = {}
-        self.link = Link(link.model_copy(update={"target_system": changed.system_id}))
+        self.link = Link(link.model_copy(update={"target_system": changed.system_id}), key)
         self.armed = False
         self.change: ParamChange | None = None
         self.error: MavquadError | None = None
@@ -101,7 +108,7 @@ class Restorer:
         return self._changed.system_id, self._changed.component_id
 
     def _note_other(self, source: tuple[int, int], message: Message) -> None:
-        if message.autopilot != mavlink.MAV_AUTOPILOT_INVALID:
+        if message.autopilot != mavlink.MAV_AUTOPILOT_INVALID and source != self._target:
             self._others[source] = autopilot_name(message.autopilot)
 
     def _on_heartbeat(self, message: Message) -> None:
@@ -124,6 +131,9 @@ class Restorer:
     def _not_found(self) -> MavquadError:
         if self._others:
             return _another(self._others, self._changed)
+        if self.link.rejected:
+            words = f"{self.link.rejected.total()} frames came that are not rightly signed"
+            return VehicleError(f"no frame of the vehicle could be trusted: {words}", "is the key the vehicle's?")
         hint = "is it powered, is the connection right, and does no other program have it? --connect gives another one"
         return VehicleTimeout(f"HEARTBEAT of system {self._changed.system_id}", 1, CONNECT_S, hint=hint)
 
@@ -139,7 +149,7 @@ class Restorer:
             )
 
     def _send(self, message: Message) -> None:
-        self._outbox.append(self._encoder.encode(message))
+        self._outbox.append(self.link.encode(message, self._now_us))
 
     def _send_heartbeat(self) -> None:
         self._heartbeat_us = self._now_us + HEARTBEAT_US

@@ -10,6 +10,7 @@ from mavquad.drivers.lockstep import START_US, Lockstep
 from mavquad.protocol.link import LinkParams
 from mavquad.protocol.param_record import ChangedParameters
 from mavquad.protocol.restore import Restorer
+from mavquad.protocol.signing import key_of_passphrase
 from mavquad.schema import parse_section
 from sitl_mock.autopilot import MockAutopilot
 from sitl_mock.config import MockConfig
@@ -37,13 +38,15 @@ def record(autopilot, **changes):
     return parse_section(ChangedParameters, table, "test")
 
 
-def restored(autopilot, firmware="auto", link=None, faults=(), seed=1, changed=None, system_id=1, recorder=None):
+def restored(
+    autopilot, firmware="auto", link=None, faults=(), seed=1, changed=None, key=None, recorder=None, **mock_keys
+):
     """Run a restorer against a mock until it is done; (restorer, the mock's parameters, seconds)."""
     table = {"autopilot": autopilot, "firmware": firmware, "link": link or {}, "faults": list(faults)}
-    config = parse_section(MockConfig, {**table, "system_id": system_id}, "test", "mock")
+    config = parse_section(MockConfig, {**table, **mock_keys}, "test", "mock")
     mock = MockAutopilot(config, seed, START_US)
     params = LinkParams(url="udpin:127.0.0.1:14540")
-    restorer = Restorer(changed or record(autopilot), params, START_US)
+    restorer = Restorer(changed or record(autopilot), params, START_US, key)
     lockstep = Lockstep(restorer, ImpairedLink(mock, config.link, seed), recorder)
     lockstep.run(lambda: restorer.done, 60.0)
     assert restorer.done
@@ -118,3 +121,21 @@ def test_a_value_that_is_no_longer_accepted():
     restorer, stored, _ = restored("ardupilot", changed=record("ardupilot", parameters=rows))
     assert restorer.error.message == "not restored: ATC_ANGLE_BOOST: 300 does not fit into INT8"
     assert stored["ATC_ANGLE_BOOST"] == 1
+
+
+SIGNED = {"mode": "require", "passphrase": "a flight of ours"}
+
+
+@pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
+def test_over_a_signed_link(autopilot):
+    restorer, stored, _ = restored(autopilot, signing=SIGNED, key=key_of_passphrase("a flight of ours"))
+    assert restorer.error is None
+    name, _, original, _ = RECORDS[autopilot][1]
+    assert stored[name] == single(original)
+
+
+def test_with_the_wrong_key_nothing_is_believed():
+    restorer, stored, _ = restored("px4", signing=SIGNED, key=key_of_passphrase("of somebody else"))
+    assert "frames came that are not rightly signed" in restorer.error.message
+    assert restorer.error.hint == "is the key the vehicle's?"
+    assert stored["COM_OF_LOSS_T"] == 1.0
