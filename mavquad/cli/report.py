@@ -12,7 +12,7 @@ from mavquad.analysis.metrics import error_samples, flight_metrics
 from mavquad.analysis.report.foxglove import write_mcap
 from mavquad.analysis.report.model import Report
 from mavquad.analysis.report.of_log import LogData, read_log, report_of_log
-from mavquad.analysis.report.of_run import MESSAGES, report_of_data
+from mavquad.analysis.report.of_run import MESSAGES, report_of_run
 from mavquad.analysis.report.run_data import RunData, is_run_folder, read_run
 from mavquad.analysis.report.write import PAGE, Parts, write_report
 from mavquad.cli.new_file import new_file
@@ -60,7 +60,7 @@ def _refuse_another(folder: Path, run: Path | None) -> None:
 
 def _parts_of_run(path: Path, folder: Path, export: str | None) -> Parts:
     run = read_run(path, MESSAGES)
-    found = report_of_data(run)
+    found = report_of_run(run)
     log = _whole_log(path / "flight.tlog") if run.log is not None else None
     return Parts(
         report=found,

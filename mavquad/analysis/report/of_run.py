@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 from mavquad import __version__
@@ -13,7 +12,7 @@ from mavquad.analysis.metrics import error_samples, flight_metrics
 from mavquad.analysis.report.law import Trace, law_panels, law_tracks, limit_lanes
 from mavquad.analysis.report.model import Lane, Mark, Panel, Report, Span, Track
 from mavquad.analysis.report.position import POSITION_NAMES, Positions, altitude_panel, positions, track, velocity_lines
-from mavquad.analysis.report.run_data import RunData, read_run
+from mavquad.analysis.report.run_data import RunData
 from mavquad.analysis.report.states import STATE_NAMES, lanes, marks
 from mavquad.analysis.report.summary import flattened, moment, quantity
 from mavquad.analysis.report.vehicle import VEHICLE_NAMES, attitude_panels
@@ -27,17 +26,8 @@ _OWN_NOTES = ("phase", "mode", "vehicle")
 """Kinds of notes that stand elsewhere: in the lanes, and among the texts as the vehicle sent them."""
 
 
-def report_of_run(path: Path) -> Report:
-    """Everything that a run folder tells.
-
-    Raises:
-        RunFolderError: it is no run folder, or nothing in it can be read.
-    """
-    return report_of_data(read_run(path, MESSAGES))
-
-
-def report_of_data(run: RunData) -> Report:
-    """The same of a run folder that was read."""
+def report_of_run(run: RunData) -> Report:
+    """Everything that a run folder tells."""
     trace = Trace.of(run.rows, run.start_us) if run.rows else None
     vehicle = _vehicle(run)
     places = positions(run.log, vehicle) if run.log is not None and vehicle is not None else None

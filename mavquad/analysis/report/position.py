@@ -36,7 +36,9 @@ def positions(found: Telemetry, sender: Sender) -> Positions | None:
         if columns is None:
             continue
         points_m, velocities_m_s = read(columns)
-        if numpy.isfinite(points_m).all(axis=1).sum() > 1:
+        usable = numpy.isfinite(points_m).all(axis=1)
+        points_m[~usable] = numpy.nan
+        if usable.sum() > 1:
             return Positions(name, columns.times_s, points_m, velocities_m_s)
     return None
 

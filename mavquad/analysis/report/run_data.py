@@ -41,8 +41,15 @@ class RunData:
 
 
 def is_run_folder(path: Path) -> bool:
-    """Whether a folder looks like one of ours."""
-    return path.is_dir() and any((path / name).exists() for name in _FILES)
+    """Whether a folder looks like one of ours.
+
+    Raises:
+        RunFolderError: that cannot be told, for want of permission.
+    """
+    try:
+        return path.is_dir() and any((path / name).exists() for name in _FILES)
+    except OSError as error:
+        raise RunFolderError(str(path), f"cannot be read ({(error.strerror or str(error)).lower()})") from None
 
 
 def read_run(path: Path, message_names: tuple[str, ...]) -> RunData:
@@ -53,22 +60,30 @@ def read_run(path: Path, message_names: tuple[str, ...]) -> RunData:
     """
     if not is_run_folder(path):
         hint = f"a folder that `fly` or `sim` wrote has {', '.join(_FILES)}"
-        raise RunFolderError(str(path), "is not a run folder" if path.is_dir() else "no such folder", hint)
+        raise RunFolderError(str(path), "is not a run folder", hint)
     run = RunData(path)
     _read_trace(run)
     _read_notes(run)
     _read_summary(run)
     run.config_text = _text(run, "config.toml")
+    add_log(run, message_names)
+    return run
+
+
+def add_log(run: RunData, message_names: tuple[str, ...]) -> None:
+    """Read flight.tlog, and find the earliest stamp of all.
+
+    Raises:
+        RunFolderError: there is nothing in any of it.
+    """
     stamps_us = [row.stamp_us for row in run.rows[:1]] + [note.stamp_us for note in run.notes[:1]]
     _read_log(run, message_names, min(stamps_us, default=None))
     if run.log is not None:
         stamps_us.append(run.log.start_us)
     if not stamps_us:
-        raise RunFolderError(
-            str(path), f"nothing of a flight is in it ({'; '.join(run.remarks) or 'all files are empty'})"
-        )
+        why = "; ".join(run.remarks) or "all files are empty"
+        raise RunFolderError(str(run.path), f"nothing of a flight is in it ({why})")
     run.start_us = min(stamps_us)
-    return run
 
 
 def _text(run: RunData, name: str) -> str:
@@ -123,6 +138,16 @@ def _read_summary(run: RunData) -> None:
 
 def _read_log(run: RunData, message_names: tuple[str, ...], start_us: int | None) -> None:
     try:
-        run.log = telemetry(run.path / "flight.tlog", message_names, start_us)
+        found = telemetry(run.path / "flight.tlog", message_names, start_us)
     except LogError as error:
         run.remarks.append(f"flight.tlog: {error.reason}")
+        return
+    if not found.has_stamps:
+        run.remarks.append("flight.tlog: has lost its stamps, and is not shown")
+        return
+    run.log = found
+    if found.log.bad_bytes:
+        places = len(found.log.bad_ranges)
+        run.remarks.append(
+            f"flight.tlog: {found.log.bad_bytes} damaged bytes in {places} place{'s' if places > 1 else ''}"
+        )

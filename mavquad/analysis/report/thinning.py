@@ -17,11 +17,11 @@ _LEAST_GAP_S = 1.0
 
 
 def extremes(times_s: Numbers, columns: Sequence[Numbers], rows: int) -> tuple[Numbers, list[Numbers]]:
-    """At most `rows` rows (even, at least 2): of every bucket each column's extremes, NaN only where nothing else is."""
+    """At most `rows` rows (at least 2): of every bucket each column's extremes, NaN only where nothing else is."""
     count = len(times_s)
     if count <= rows:
         return times_s, list(columns)
-    size = -(-2 * count // rows)
+    size = -(-count // (rows // 2))
     buckets = -(-count // size)
     first = numpy.arange(buckets) * size
     second = numpy.minimum(first + size // 2, count - 1)

@@ -153,7 +153,6 @@
     return (event) => {
       if (event.button === 0 && !event.shiftKey) return handler(event);
       if (event.button > 1) return;
-      event.preventDefault();
       const from = event.clientX, [low, high] = view, perPixel = (high - low) / u.over.clientWidth;
       const move = (e) => {
         const by = Math.min(Math.max((from - e.clientX) * perPixel, -low), data.duration_s - high);
