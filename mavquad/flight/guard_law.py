@@ -27,31 +27,28 @@ class SigmaParams(GuardSection):
     for_s: float = Field(default=0.5, ge=0.0, le=60.0)
     """How long it must last, s."""
 
-    def limit(self, depth: Depth) -> float:
-        """Of sigma at a depth, in the unit of the chains' highest derivative; 0: none."""
-        return {"attitude": self.attitude_m_s2, "rate": self.rate_m_s3, "torque": self.torque_m_s4}[depth]
-
-
-_UNITS: dict[Depth, str] = {"attitude": "m/s^2", "rate": "m/s^3", "torque": "m/s^4"}
-
 
 class SigmaMonitor:
     """The disturbance in the rows of the law."""
 
     def __init__(self, params: SigmaParams) -> None:
         self._params = params
+        self._limits: dict[Depth, tuple[float, str]] = {
+            "attitude": (params.attitude_m_s2, "m/s^2"),
+            "rate": (params.rate_m_s3, "m/s^3"),
+            "torque": (params.torque_m_s4, "m/s^4"),
+        }
         self._windy = Lasting(grid_us(params.for_s))
         self._disturbed = Lasting(grid_us(params.for_s))
 
     def take(self, row: TraceRow) -> Tripped | None:
         """The next row."""
-        params, depth = self._params, row.depth
+        params, (limit, unit) = self._params, self._limits[row.depth]
         z, _, x, y = row.sigma
         wind_m_s2, sigma = math.hypot(*row.wind), math.hypot(x, y, z)
         if self._windy.holds(0.0 < params.wind_m_s2 < wind_m_s2, row.stamp_us):
             words = f"the wind accelerates it by {wind_m_s2:.1f} m/s^2, {params.wind_m_s2:g} allowed"
             return Tripped("sigma", words, params.reaction)
-        limit, unit = params.limit(depth), _UNITS[depth]
         if self._disturbed.holds(0.0 < limit < sigma, row.stamp_us):
             return Tripped("sigma", f"the disturbance is {sigma:.1f} {unit}, {limit:g} allowed", params.reaction)
         return None
@@ -79,8 +76,8 @@ class InnovationMonitor:
     def take(self, row: TraceRow) -> Tripped | None:
         """The next row."""
         params = self._params
-        z, yaw_rad, x, y = (each - zeta[0] for each, zeta in zip(row.measured, row.zeta_hat, strict=True))
-        distance_m, yaw_deg = math.hypot(x, y, z), math.degrees(abs(yaw_rad))
+        (z, yaw_rad, x, y), (of_z, of_yaw, of_x, of_y) = row.measured, row.zeta_hat
+        distance_m, yaw_deg = math.hypot(x - of_x[0], y - of_y[0], z - of_z[0]), math.degrees(abs(yaw_rad - of_yaw[0]))
         if self._off_place.holds(0.0 < params.position_m < distance_m, row.stamp_us):
             return self._tripped(f"by {distance_m:.2f} m, {params.position_m:g} allowed")
         if self._off_course.holds(0.0 < params.yaw_deg < yaw_deg, row.stamp_us):

@@ -66,6 +66,7 @@ class JumpMonitor:
         self._params = params
         self._position: Position | None = None
         self._attitude: Attitude | None = None
+        self._yaw_rate_rad_s = 0.0
 
     def take_position(self, position: Position) -> Tripped | None:
         """The next sample of the position, newer than the last."""
@@ -86,10 +87,11 @@ class JumpMonitor:
     def take_attitude(self, attitude: Attitude) -> Tripped | None:
         """The next sample of the attitude, newer than the last."""
         before, self._attitude = self._attitude, attitude
+        rate_before_rad_s, self._yaw_rate_rad_s = self._yaw_rate_rad_s, _yaw_rate_rad_s(attitude)
         dt_s = (attitude.stamp_us - before.stamp_us) * 1e-6 if before else 0.0
         if before is None or not 0.0 < dt_s < _LONGEST_GAP_S:
             return None
-        rate_rad_s = 0.5 * (_yaw_rate_rad_s(before) + _yaw_rate_rad_s(attitude))
+        rate_rad_s = 0.5 * (rate_before_rad_s + self._yaw_rate_rad_s)
         slack_rad = 0.25 * _YAW_ACCELERATION_RAD_S2 * dt_s * dt_s
         unexplained_rad = wrap_pi(attitude.yaw_rad - before.yaw_rad - rate_rad_s * dt_s)
         jump_deg = math.degrees(abs(unexplained_rad) - slack_rad)
@@ -104,7 +106,12 @@ class JumpMonitor:
 def _unexplained_m(before: Position, after: Position, dt_s: float) -> float:
     """Distance from where the mean velocity leads."""
     p0, v0, p1, v1 = before.position_nwu_m, before.velocity_nwu_m_s, after.position_nwu_m, after.velocity_nwu_m_s
-    return math.hypot(*(p1[i] - p0[i] - 0.5 * dt_s * (v0[i] + v1[i]) for i in range(3)))
+    half_s = 0.5 * dt_s
+    return math.hypot(
+        p1[0] - p0[0] - half_s * (v0[0] + v1[0]),
+        p1[1] - p0[1] - half_s * (v0[1] + v1[1]),
+        p1[2] - p0[2] - half_s * (v0[2] + v1[2]),
+    )
 
 
 def _yaw_rate_rad_s(attitude: Attitude) -> float:
