@@ -107,6 +107,13 @@ def test_a_turn_that_the_rates_explain_is_no_jump():
     assert jump(attitude(0.0, 0.0, rates=rates), attitude(0.1, -30.0, rates=rates)).name == "jump"
 
 
+def test_hours_after_its_boot_as_well():
+    rates = (0.0, 0.0, math.radians(300.0))
+    assert jump(attitude(7200.0, 0.0, rates=rates), attitude(7200.1, 30.0, rates=rates)) is None
+    assert jump(attitude(7200.0), attitude(7200.01, 21.0)).name == "jump"
+    assert jump(position(7200.0), position(7200.01, (0.0, 1.0, 0.0))).name == "jump"
+
+
 def test_leaning_it_is_pitch_rate_that_turns_the_yaw():
     """Rolled by 90 degrees the body's y axis is vertical: q is the rate of yaw then."""
     rates = (0.0, math.radians(300.0), 0.0)
