@@ -132,7 +132,7 @@ def test_an_unknown_parameter_does_not_hold_up_the_flight():
     del vehicle.parameters["COM_RCL_EXCEPT"]
     dialogue = Dialogue(vehicle).run(Phase.ARMING, 6.0)
     asked = [sent.message.param_id for sent in dialogue.of("PARAM_REQUEST_READ")]
-    assert asked.count("COM_RCL_EXCEPT") == 5
+    assert asked.count("COM_RCL_EXCEPT") == 12
     assert asked.count("MIS_TAKEOFF_ALT") == 1
 
 
