@@ -4,7 +4,7 @@
 `read_records` and `scan` hold a whole log in memory; `Scanner` takes in what grows, piece by piece.
 """
 
-from mavquad.tlog.columns import Table, column_name
+from mavquad.tlog.columns import Table, column_name, wire_type
 from mavquad.tlog.contents import TlogContents, read_records, scan
 from mavquad.tlog.frames import Frames
 from mavquad.tlog.log import Log, Reading, messages, read, records
@@ -33,4 +33,5 @@ __all__ = [
     "read_records",
     "records",
     "scan",
+    "wire_type",
 ]

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mavquad.endpoint import GRID_US
+from mavquad.tlog.frames import Frames
 from mavquad.tlog.log import fill_leading
 from mavquad.tlog.record import Record
-from mavquad.tlog.scanner import Scanner
+from mavquad.tlog.scanner import PADDING, Scanner
+from mavquad.tlog.selection import Selection
 from mavquad.tlog.source import PIECE, not_a_log, pieces
 
 
@@ -22,21 +24,36 @@ class TlogContents:
 
     Attributes:
         data: the file's bytes.
-        stamps: stamp of each good frame as recorded, link bits included, in the order of the file (us).
-        starts: offset of each good frame's first byte.
-        ends: offset behind each good frame.
+        frames: the good ones, as arrays.
         bad_ranges: (offset, length) of what belongs to no record, in order.
         unknown_frames: intact records of messages that the dialect does not know; not among the good ones.
         repaired_stamps: good frames whose own stamp was lost and is the previous one's.
     """
 
     data: bytes
-    stamps: NDArray[np.int64]
-    starts: NDArray[np.int64]
-    ends: NDArray[np.int64]
+    frames: Frames
     bad_ranges: list[tuple[int, int]]
     unknown_frames: int
     repaired_stamps: int
+
+    @property
+    def stamps(self) -> NDArray[np.int64]:
+        """Stamp of each good frame as recorded, link bits included, in the order of the file (us)."""
+        return self.frames.stamps
+
+    @property
+    def starts(self) -> NDArray[np.int64]:
+        """Offset of each good frame's first byte."""
+        return self.frames.starts
+
+    @property
+    def ends(self) -> NDArray[np.int64]:
+        """Offset behind each good frame."""
+        return self.frames.ends
+
+    def only(self, selection: Selection) -> TlogContents:
+        """The same with those good frames that are wanted."""
+        return replace(self, frames=selection.among(self.frames))
 
     @property
     def bad_bytes(self) -> int:
@@ -74,8 +91,10 @@ def scan(data: bytes) -> TlogContents:
     scanner = Scanner()
     parts = [scanner.push(data[at : at + PIECE]) for at in range(0, len(data), PIECE)]
     parts.append(scanner.finish())
-    stamps, starts, ends = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("stamps", "starts", "ends")
+    starts, ends, numbers, stamps = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("starts", "ends", "numbers", "stamps")
     )
     fill_leading(stamps)
-    return TlogContents(data, stamps, starts, ends, scanner.bad_ranges, scanner.unknown_frames, scanner.repaired_stamps)
+    buffer = np.frombuffer(data + PADDING, np.uint8)
+    frames = Frames(buffer, 0, starts, ends, numbers, stamps)
+    return TlogContents(data, frames, scanner.bad_ranges, scanner.unknown_frames, scanner.repaired_stamps)

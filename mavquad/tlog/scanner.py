@@ -26,7 +26,8 @@ _LATEST_US = 4_102_444_800_000_000  # the year 2100
 _LARGEST_JUMP_US = 86_400_000_000  # a day: what a stamp found behind damage may differ from the last good one
 _REACH = STAMP_LENGTH + LONGEST_FRAME + STAMP_LENGTH + 1  # a record, and the stamp and the marker behind it
 _SHORTEST_FRAME = 8
-_PADDING = bytes(LONGEST_FRAME + STAMP_LENGTH)
+PADDING = bytes(LONGEST_FRAME + STAMP_LENGTH)
+"""Behind the bytes that `Frames` are in, so that a payload may be read at full length."""
 
 
 @dataclass(slots=True)
@@ -64,7 +65,7 @@ class Scanner:
         self._buffer += data
         size = len(self._buffer)
         limit = self._base + (size if is_end else max(size - _REACH, 0))
-        padded = np.frombuffer(self._buffer + _PADDING, np.uint8)
+        padded = np.frombuffer(self._buffer + PADDING, np.uint8)
         starts, ends, numbers = self._taken(find_frames(padded, size), limit)
         stamps = self._stamps(padded, starts, ends)
         frames = Frames(padded, self._base, starts, ends, numbers, stamps)
