@@ -48,6 +48,16 @@ def test_repeated_frames_make_up_for_none_that_are_lost():
     assert run(lambda number: [number] * 5 if number % 4 == 0 else []) != []
 
 
+def test_nor_do_those_that_are_repeated_behind_a_later_one():
+    assert run(lambda number: [number, number + 1] * 2 if number % 8 == 0 else [])[0].words.startswith("75 %")
+
+
+def test_a_loss_that_begins_after_a_long_good_time_is_seen_within_the_window():
+    said = run(lambda number: [number] if number < 5000 or number % 4 == 0 else [], seconds=13.0)
+    assert said[-1].words.startswith("75 %")
+    assert run(lambda number: [number] if number < 5000 or number % 4 == 0 else [], seconds=11.0) == []
+
+
 def test_late_frames_are_not_lost():
     assert run(lambda number: [number + 9, number + 8, number + 7, number + 6] if number % 4 == 0 else []) == []
 
