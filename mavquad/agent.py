@@ -13,6 +13,7 @@ from mavquad.flight.machine import Phase
 from mavquad.flight_record import Note, Status, TraceRow
 from mavquad.protocol.codec import Message, decode, mavlink, message_id
 from mavquad.protocol.link import Link, heartbeat
+from mavquad.protocol.param_change import ParamRecord
 from mavquad.protocol.timesync import TimeSync
 
 HEARTBEAT_US = 1_000_000
@@ -104,6 +105,26 @@ class Agent:
         """The operator stops: hand back and land, from wherever the flight is."""
         self._now_us = now_us
         self._captain.stop(now_us)
+
+    @property
+    def changes(self) -> list[ParamRecord]:
+        """The parameters that are about to be changed on the vehicle, or have been. They are changed when `kept` is called."""
+        return self._captain.changes
+
+    @property
+    def changes_kept(self) -> bool:
+        """Whether `kept` was called."""
+        return self._captain.changes_kept
+
+    @property
+    def restored(self) -> bool:
+        """Whether all that was changed is on the vehicle again as it was."""
+        return self._captain.restored
+
+    def kept(self, now_us: int) -> None:
+        """The driver has kept `changes` where they survive us: the vehicle's parameters may be changed."""
+        self._now_us = now_us
+        self._captain.kept(now_us)
 
     def last_resort(self) -> list[bytes]:
         """Frames to send when this agent itself has failed in flight: hold, and no rotation meanwhile."""

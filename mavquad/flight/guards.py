@@ -6,10 +6,14 @@ import math
 
 from pydantic import Field
 
+from mavquad.flight.guard_types import HOLD as HOLD
+from mavquad.flight.guard_types import LAND as LAND
+from mavquad.flight.guard_types import PILOT as PILOT
+from mavquad.flight.guard_types import RETURN as RETURN
+from mavquad.flight.guard_types import Reaction as Reaction
 from mavquad.flight.guard_types import Tripped as Tripped
 from mavquad.schema import Section
 from mavquad.types import Attitude, Position
-
 
 class GuardParams(Section):
     """Limits beyond which the law's control ends and the vehicle is handed back to the autopilot."""

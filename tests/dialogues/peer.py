@@ -33,7 +33,7 @@ SPEED_M_S = 2.5
 
 ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
 REJECTED = mavlink.MAV_RESULT_TEMPORARILY_REJECTED
-POSCTL = px4.Mode(3)
+POSCTL = px4.mode(3)
 SETPOINT = "SET_ACTUATOR_CONTROL_TARGET"
 
 PARAMS = AgentParams(
@@ -229,7 +229,7 @@ class ScriptedVehicle:
 def command_name(message: Any) -> str:
     """The name of a COMMAND_LONG in these tests."""
     if message.command == mavlink.MAV_CMD_DO_SET_MODE:
-        mode = px4.Mode(int(message.param2), int(message.param3))
+        mode = px4.mode(int(message.param2), int(message.param3))
         return {px4.OFFBOARD: "offboard", px4.LOITER: "loiter"}[mode]
     if message.command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM:
         return "arm" if message.param1 else "disarm"

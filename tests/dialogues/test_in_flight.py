@@ -113,7 +113,7 @@ def test_the_volume_guard(east_m, height_m, words):
     assert words in said
 
 
-@pytest.mark.parametrize("mode", [POSCTL, px4.LOITER, px4.Mode(4, 5), px4.LAND])
+@pytest.mark.parametrize("mode", [POSCTL, px4.LOITER, px4.mode(4, 5), px4.LAND])
 def test_not_one_frame_is_sent_after_the_pilot_took_over(mode):
     dialogue = flying()
     dialogue.vehicle.mode = mode

@@ -9,7 +9,7 @@ from mavquad.protocol.codec import mavlink
 from mavquad.protocol.firmware import px4
 from tests.dialogues.peer import PARAMETERS, Dialogue, ScriptedVehicle
 
-POSCTL = px4.Mode(3)
+POSCTL = px4.mode(3)
 
 
 def sends_nothing_more(dialogue: Dialogue) -> bool:

@@ -197,7 +197,7 @@ def test_time_limits_of_the_phases():
 )
 def test_settings_that_contradict_each_other_are_refused_and_the_option_is_named(overrides, words):
     given = [Override(key, text) for key, text in overrides.items()]
-    known = defaults("attitude" if "attitude" in overrides.values() else "torque", "full")
+    known = defaults("px4", "attitude" if "attitude" in overrides.values() else "torque", "full")
     with pytest.raises(ConfigError) as refused:
         load(default_path(), given)
     assert words.format(**asdict(known)) in str(refused.value)
