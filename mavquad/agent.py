@@ -9,11 +9,12 @@ from mavquad.agent_params import AgentParams
 from mavquad.captain import Captain
 from mavquad.endpoint import NEVER_US, floor_to_grid_us, grid_us
 from mavquad.errors import MavquadError
+from mavquad.flight.law_flight import LawFlight
 from mavquad.flight.machine import Phase
 from mavquad.flight_record import Note, Status, TraceRow
 from mavquad.protocol.codec import Message, decode, mavlink, message_id
 from mavquad.protocol.link import Link, heartbeat
-from mavquad.protocol.param_change import ParamRecord
+from mavquad.protocol.param_record import ChangedParameters
 from mavquad.protocol.timesync import TimeSync
 
 HEARTBEAT_US = 1_000_000
@@ -107,24 +108,25 @@ class Agent:
         self._captain.stop(now_us)
 
     @property
-    def changes(self) -> list[ParamRecord]:
-        """The parameters that are about to be changed on the vehicle, or have been. They are changed when `kept` is called."""
-        return self._captain.changes
+    def changed_parameters(self) -> ChangedParameters | None:
+        """What is about to be changed on the vehicle, or was, or was put back; None where nothing is."""
+        return self._captain.preparation.changed
 
     @property
-    def changes_kept(self) -> bool:
-        """Whether `kept` was called."""
-        return self._captain.changes_kept
+    def awaits_record(self) -> bool:
+        """Whether `changed_parameters` must be kept where they survive us, and `parameters_kept` be called."""
+        preparation = self._captain.preparation
+        return preparation.changed is not None and not preparation.kept
 
-    @property
-    def restored(self) -> bool:
-        """Whether all that was changed is on the vehicle again as it was."""
-        return self._captain.restored
-
-    def kept(self, now_us: int) -> None:
-        """The driver has kept `changes` where they survive us: the vehicle's parameters may be changed."""
+    def parameters_kept(self, now_us: int) -> None:
+        """`changed_parameters` are kept where they survive us: the vehicle's parameters may be changed."""
         self._now_us = now_us
-        self._captain.kept(now_us)
+        self._captain.parameters_kept(now_us)
+
+    @property
+    def law(self) -> LawFlight:
+        """The law in flight, to be looked at."""
+        return self._captain.law
 
     def last_resort(self) -> list[bytes]:
         """Frames to send when this agent itself has failed in flight: hold, and no rotation meanwhile."""

@@ -17,6 +17,7 @@ from mavquad.flight import reasons
 from mavquad.flight.airframe import HoverThrust, within_hover
 from mavquad.flight.control import Control
 from mavquad.flight.guards import HOLD, LAND, PILOT, RETURN, Reaction, Tripped
+from mavquad.flight.law_flight import LawFlight
 from mavquad.flight.machine import IN_FLIGHT, Event, Phase, next_phase
 from mavquad.flight.mission_check import height_fault
 from mavquad.flight.modes import asked_for, own_modes
@@ -29,7 +30,6 @@ from mavquad.protocol.codec import Message, mavlink
 from mavquad.protocol.command import Command, CommandExchange, Reply
 from mavquad.protocol.firmware import PX4, Mode, firmware_of
 from mavquad.protocol.identify import UNKNOWN_VERSION, Identification
-from mavquad.protocol.param_change import ParamRecord
 from mavquad.protocol.streams import shortfalls
 from mavquad.types import Position
 
@@ -136,21 +136,16 @@ class Captain:
         self._fire(Event.STOP)
 
     @property
-    def changes(self) -> list[ParamRecord]:
-        """The parameters that are about to be changed on the vehicle, or have been: what they were and what they become."""
-        return self._preparation.changes
+    def law(self) -> LawFlight:
+        """The law in flight."""
+        return self._control.law
 
     @property
-    def changes_kept(self) -> bool:
-        """Whether the driver has said that it kept them."""
-        return self._preparation.kept
+    def preparation(self) -> Preparation:
+        """The vehicle's parameters, before the flight and after it."""
+        return self._preparation
 
-    @property
-    def restored(self) -> bool:
-        """Whether all of them are on the vehicle again as they were."""
-        return self._preparation.restored
-
-    def kept(self, now_us: int) -> None:
+    def parameters_kept(self, now_us: int) -> None:
         """What the parameters were is kept where it survives us: they may be changed."""
         self._now_us = now_us
         self._send_all(self._preparation.change(self._target, now_us))
@@ -349,7 +344,7 @@ class Captain:
             self._fire(Event.RESTORED)
 
     def _note_changes(self) -> None:
-        for record in self._preparation.changes:
+        for record in self._preparation.records:
             self._note("parameter", f"{record.name} {record.original:g} -> {record.changed:g}")
 
     def _not_ready(self) -> str:
@@ -423,7 +418,7 @@ class Captain:
         self._control.stop()
         self._preparation.stop()
         if self._preparation.left_over:
-            self._note("parameter", "not put back: " + ", ".join(record.name for record in self.changes))
+            self._note("parameter", "not put back: " + ", ".join(record.name for record in self._preparation.records))
 
     _ENTER: ClassVar[dict[Phase, Callable[[Captain], None]]] = {
         Phase.IDENTIFYING: _enter_identifying,

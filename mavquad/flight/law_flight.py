@@ -95,11 +95,12 @@ class LawFlight:
         if self._controller is None or not self.in_control:
             self._begin(position, attitude)
         assert self._controller is not None
-        command = self._controller.command(self._reference)
+        command = self._controller.command(self.reference)
         assert self._controller.trace is not None
         return self._row(command, self._controller.trace, now_us, phase)
 
-    def _reference(self, stamp_us: int) -> ReferencePoint:
+    def reference(self, stamp_us: int) -> ReferencePoint:
+        """What is flown to, at a moment of the vehicle's clock; the law must have taken over."""
         assert self._origin is not None
         return self._mission.reference(stamp_us) if self._mission else hold(self._origin)
 

@@ -40,12 +40,10 @@ class VehicleParameters(Section):
     """Parameters by name: a number, or "+8" for bits that are set besides those that are. Each is read first, kept in the
     run folder, changed where it differs, verified, and put back at the end. One that the vehicle does not know is left out."""
 
-    px4: Changes = Field(default_factory=lambda: {"COM_OF_LOSS_T": 0.5, _TRANSMITTER: "+4"})
+    px4: Changes = Field(default={"COM_OF_LOSS_T": 0.5, _TRANSMITTER: "+4"})
     """PX4: its failsafe acts after half a second without setpoints; OFFBOARD flies without a transmitter (where one is
     heard this is left as it is)."""
-    arducopter: Changes = Field(
-        default_factory=lambda: {"GUID_OPTIONS": "+8", "GUID_TIMEOUT": 0.3, "ATC_ANGLE_BOOST": 0.0}
-    )
+    arducopter: Changes = Field(default={"GUID_OPTIONS": "+8", "GUID_TIMEOUT": 0.3, "ATC_ANGLE_BOOST": 0.0})
     """ArduCopter: the thrust field is thrust and not a climb rate; the last setpoint is held for 0.3 s; thrust is not
     increased by its own idea of the tilt, which the law has already counted in."""
 

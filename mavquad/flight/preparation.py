@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from mavquad.endpoint import NEVER_US
 from mavquad.protocol.codec import Message
 from mavquad.protocol.firmware import Firmware
-from mavquad.protocol.param_change import ParamChange, ParamRecord, restoring
+from mavquad.protocol.param_change import ParamChange, restoring
+from mavquad.protocol.param_record import ChangedParameters, ParamRecord, autopilot_name
 from mavquad.protocol.param_value import Encoding, encoding_of
 
 Target = tuple[int, int]
@@ -16,32 +17,32 @@ Target = tuple[int, int]
 class Preparation:
     """One change and its way back.
 
-    Nothing is set before `change`: whoever drives the agent keeps `changes` where they survive it, and says so.
+    Nothing is set before `change`: whoever drives the agent keeps `changed` where it survives the agent, and says so.
 
     Attributes:
-        changes: what differs from what is wanted, known once all was read.
-        kept: whether they are kept.
-        restored: whether they were put back, all of them.
+        changed: what differs from what is wanted, once all was read; None where nothing does. `restored` when all was put
+            back.
+        kept: whether it is kept.
     """
 
     def __init__(self) -> None:
         self._change = ParamChange({}, Encoding.CAST)
-        self._encoding = Encoding.CAST
+        self._autopilot = 0
         self._stopped = False
         self._changing = False
         self._restoring = False
-        self.changes: list[ParamRecord] = []
+        self.changed: ChangedParameters | None = None
         self.kept = False
 
     def start(self, wanted: Mapping[str, float], firmware: Firmware, target: Target, now_us: int) -> list[Message]:
         """Read what is to be changed."""
-        self._encoding = encoding_of(firmware.autopilot)
-        self._change = ParamChange(wanted, self._encoding)
-        return self._change.start(target, now_us) + self._after_reading(target, now_us)
+        self._autopilot = firmware.autopilot
+        self._change = ParamChange(wanted, encoding_of(firmware.autopilot))
+        return self._change.start(target, now_us) + self._noticed(target, now_us)
 
     def change(self, target: Target, now_us: int) -> list[Message]:
         """What it was is kept: change it."""
-        if self.kept or self._restoring or not self._change.read:
+        if self.changed is None or self.kept or self._restoring:
             return []
         self.kept = self._changing = True
         return self._change.change(target, now_us)
@@ -49,19 +50,32 @@ class Preparation:
     def restore(self, target: Target, now_us: int) -> list[Message]:
         """Put back what was changed."""
         self._restoring = True
-        self._change = restoring(self.changes if self._changing else [], self._encoding)
-        return self._change.start(target, now_us)
+        self._change = restoring(self.records if self._changing else (), encoding_of(self._autopilot))
+        return self._change.start(target, now_us) + self._noticed(target, now_us)
 
     def stop(self) -> None:
         """Nothing more is asked for."""
         self._stopped = True
 
-    def _after_reading(self, target: Target, now_us: int) -> list[Message]:
-        """Where nothing differs, or it failed, nothing need be kept."""
-        if self._restoring or self.kept or not self._change.read:
+    def _noticed(self, target: Target, now_us: int) -> list[Message]:
+        """What came of it: known what differs, or nothing does; or all was put back."""
+        if self._restoring and self._change.done and not self._change.failed and self.changed is not None:
+            self.changed = self.changed.model_copy(update={"restored": True})
+        if self._restoring or self.changed is not None or not self._change.read:
             return []
-        self.changes = [] if self._change.failed else self._change.originals
-        return [] if self.changes or self._change.failed else self._change.change(target, now_us)
+        originals = self._change.originals
+        if self._change.failed:
+            return []
+        if not originals:
+            return self._change.change(target, now_us)
+        system_id, component_id = target
+        self.changed = ChangedParameters(
+            system_id=system_id,
+            component_id=component_id,
+            autopilot=autopilot_name(self._autopilot),
+            parameters=tuple(originals),
+        )
+        return []
 
     # ------------------------------------------------------------------ what happens
 
@@ -73,13 +87,13 @@ class Preparation:
         """Take in a PARAM_VALUE."""
         if self._stopped:
             return []
-        return self._change.on_value(message, target, now_us) + self._after_reading(target, now_us)
+        return self._change.on_value(message, target, now_us) + self._noticed(target, now_us)
 
     def on_deadline(self, target: Target, now_us: int) -> list[Message]:
         """Repeat what went without an answer."""
         if now_us < self.next_deadline_us():
             return []
-        return self._change.on_deadline(target, now_us) + self._after_reading(target, now_us)
+        return self._change.on_deadline(target, now_us) + self._noticed(target, now_us)
 
     @property
     def over(self) -> bool:
@@ -92,20 +106,20 @@ class Preparation:
         return self._change.failed
 
     @property
-    def restored(self) -> bool:
-        """Whether all that was changed is as it was."""
-        return self._restoring and self._change.done and not self._change.failed
+    def records(self) -> tuple[ParamRecord, ...]:
+        """What differs from what is wanted."""
+        return self.changed.parameters if self.changed is not None else ()
 
     @property
     def left_over(self) -> bool:
         """Whether parameters were changed and not put back."""
-        return self._changing and not self.restored
+        return self._changing and self.changed is not None and not self.changed.restored
 
     @property
     def waiting_for(self) -> str:
         """What is waited for, in words."""
         if not self._change.read:
             return "the present values of the parameters that are to be changed"
-        if self.changes and not self.kept:
+        if self.changed is not None and not self.kept:
             return "the record of what the parameters were"
-        return ", ".join(record.name for record in self.changes)
+        return ", ".join(record.name for record in self.records)
