@@ -89,6 +89,20 @@ class AgentParams(Section):
                 raise ValueError(words)
         return self
 
+    def _too_short(self) -> list[tuple[bool, str]]:
+        """Limits of age that the streams, at the least rate that is flown on, cannot keep."""
+        guards, streams = self.guards, self.streams
+        ages = [("stale_attitude_s", "attitude_hz"), ("late_position_s", "position_hz")]
+        if "torque" in self.law.depths:
+            ages.append(("stale_attitude_at_torque_s", "attitude_hz"))
+        return [
+            (
+                getattr(guards, age) * getattr(streams, rate) * streams.least_share < 1.5,
+                f"guards.{age} is too short for streams.{rate} times streams.least_share",
+            )
+            for age, rate in ages
+        ]
+
     def _contradictions(self) -> tuple[tuple[bool, str], ...]:
         slowest_hz = self.streams.least_share * min(self.streams.position_hz, self.streams.attitude_hz)
         mission = mission_fault(self.mission, self.guards, self.law)
@@ -100,9 +114,10 @@ class AgentParams(Section):
                 self.guards.tilt_deg <= self.law.limits.tilt_max_deg,
                 "guards.tilt_deg must be greater than law.limits.tilt_max_deg",
             ),
+            *self._too_short(),
             (
-                self.guards.stale_pose_s * slowest_hz < 1.5,
-                "guards.stale_pose_s is too short for streams.position_hz and streams.attitude_hz times streams.least_share",
+                self.guards.late_position_s > self.guards.stale_position_s,
+                "guards.late_position_s must not be greater than guards.stale_position_s",
             ),
             (self.flight.settle_s >= self.flight.takeoff_s, "flight.settle_s must be shorter than flight.takeoff_s"),
             (

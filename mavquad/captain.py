@@ -20,7 +20,7 @@ from mavquad.flight.guards import HOLD, LAND, PILOT, RETURN, Reaction, Tripped
 from mavquad.flight.law_flight import LawFlight
 from mavquad.flight.machine import IN_FLIGHT, Event, Phase, next_phase
 from mavquad.flight.mission_check import height_fault
-from mavquad.flight.modes import asked_for, own_modes
+from mavquad.flight.modes import asked_for, own_modes, way_back
 from mavquad.flight.preparation import Preparation
 from mavquad.flight.takeoff import TakeoffWatch
 from mavquad.flight.vehicle import Vehicle
@@ -73,7 +73,8 @@ class Captain:
         self._preparation = Preparation()
         self._hover = HoverThrust(params.airframe)
         self._takeoff = TakeoffWatch(self._hover, params.flight.settle_s, params.guards.floor_m)
-        self._control = Control(params, self._hover)
+        law = LawFlight(params.law, params.airframe, params.mission, params.streams, self._hover)
+        self._control = Control(params.guards, law)
         self.phase = Phase.CONNECTING
         self._phase_name = self.phase.value
         self.error: MavquadError | None = None
@@ -111,9 +112,7 @@ class Captain:
             self._fire(Event.REFUSED, reasons.refused(self._exchange, self._refusal_result, self._said()))
         if now_us >= self._phase_limit_us:
             self._fire(Event.TIMEOUT, self._limit_error())
-        safe = self._control.safe_due(self._target, now_us)
-        if safe is not None:
-            self._send(safe)
+        self._stay_safe()
 
     def measured_round_trip(self, round_trip_us: int) -> None:
         """The vehicle answered a TIMESYNC of ours."""
@@ -264,7 +263,7 @@ class Captain:
         if self.phase is Phase.WAITING:
             details = self._not_ready()
         elif self.phase is Phase.IDENTIFYING:
-            details = self._identification.waiting_for
+            details = self._identification.waiting_for or "SYS_STATUS"
         elif self.phase in (Phase.PREPARING, Phase.RESTORING):
             details = self._preparation.waiting_for
         elif self.phase is Phase.TAKING_OFF and self._takeoff.lacks_thrust:
@@ -292,7 +291,8 @@ class Captain:
         self._send_all(self._identification.start(self._target, self._now_us))
 
     def _check_identity(self) -> None:
-        if self.phase is not Phase.IDENTIFYING or not self._identification.done:
+        known = self._identification.done and self._vehicle.reported
+        if self.phase is not Phase.IDENTIFYING or not known:
             return
         try:
             self._choose_law()
@@ -320,7 +320,7 @@ class Captain:
         law = self._params.law.of("px4" if self._firmware is PX4 else "arducopter")
         if not self._params.flight.force:
             check_margins(law, self._params.streams, depth, "configuration")
-        self._control.law.choose(law, depth)
+        self._control.choose(law, depth)
         self._note("law", f"depth {depth}, measurements {law.measured()}")
 
     def _enter_preparing(self) -> None:
@@ -357,7 +357,7 @@ class Captain:
         if not vehicle.on_ground:
             return "EXTENDED_SYS_STATE does not show it on the ground"
         round_trip_us = vehicle.round_trip_us
-        if round_trip_us is not None and round_trip_us * 1e-6 > self._params.guards.stale_pose_s:
+        if round_trip_us is not None and round_trip_us * 1e-6 > self._params.guards.stale_attitude_s:
             return f"a round trip over the link takes {round_trip_us * 1e-6:.2f} s: too slow to fly on"
         if pose.attitude is None or pose.position is None:
             return "no pose"
@@ -397,9 +397,7 @@ class Captain:
         self._control.law.start_mission(self._control.pose.position.stamp_us)
 
     def _enter_handing_back(self) -> None:
-        firmware = self._firmware
-        way = {RETURN: firmware.home, PILOT: firmware.pilot}
-        self._request(commands.set_mode(way.get(self._reaction, firmware.hold)))
+        self._request(commands.set_mode(way_back(self._firmware, self._reaction)))
 
     def _enter_landing(self) -> None:
         self._control.stop()
@@ -457,7 +455,7 @@ class Captain:
         if self.phase is Phase.LANDING and self._seen_own_mode:
             return True
         self._seen_own_mode |= changed == asked_for(self._firmware, self.phase, self._reaction)
-        own = own_modes(self._firmware, self.phase)
+        own = own_modes(self._firmware, self.phase, self._reaction)
         return own is not None and changed not in own
 
     def _height_m(self) -> float:
@@ -536,6 +534,7 @@ class Captain:
 
     def _on_sys_status(self, message: Message) -> None:
         self._vehicle.take_sys_status(message)
+        self._check_identity()
 
     def _on_extended_state(self, message: Message) -> None:
         """On the ground and still armed well after touch-down: the autopilot does not disarm by itself."""
@@ -559,7 +558,8 @@ class Captain:
         if isinstance(attitude, Tripped):
             self._trip(attitude)
         elif attitude is not None:
-            self._fly(self._control.law.steps_on_attitude)
+            # Where positions step the law and are late, it flies on its prediction.
+            self._fly(self._control.law.steps_on_attitude or self._control.pose.authority(self._now_us) < 1.0)
 
     def _on_position(self, message: Message) -> None:
         self._vehicle.streams["LOCAL_POSITION_NED"].on_message(self._now_us)
@@ -616,6 +616,12 @@ class Captain:
         if self.phase is Phase.HANDING_BACK:
             self._blame(error)
         self._fire(Event.GUARD, error)
+        self._stay_safe()
+
+    def _stay_safe(self) -> None:
+        safe = self._control.safe_due(self._target, self._now_us)
+        if safe is not None:
+            self._send(safe)
 
     _HANDLERS: ClassVar[dict[int, Callable[[Captain, Message], None]]] = {
         mavlink.MAVLINK_MSG_ID_HEARTBEAT: _on_heartbeat,

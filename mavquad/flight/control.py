@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from mavquad.agent_params import AgentParams
+from mavquad.control.params import LawParams
 from mavquad.endpoint import NEVER_US
-from mavquad.flight.airframe import HoverThrust
-from mavquad.flight.guards import Tripped, check
+from mavquad.flight.guards import GuardParams, Tripped, check
 from mavquad.flight.law_flight import LawFlight
 from mavquad.flight.pose import PoseIntake
 from mavquad.flight_record import TraceRow
 from mavquad.protocol.codec import Message
 from mavquad.protocol.firmware import setpoints
-from mavquad.types import Attitude, Position
+from mavquad.types import Attitude, Depth, Position
 
 SAFE_US = 20_000
 """Between two safe setpoints."""
@@ -31,12 +30,12 @@ class Control:
         safe_sent: setpoints that ask for hover thrust and no rotation.
     """
 
-    def __init__(self, params: AgentParams, hover: HoverThrust) -> None:
-        self._guards = params.guards
+    def __init__(self, guards: GuardParams, law: LawFlight) -> None:
+        self._guards = guards
         self._trace: list[TraceRow] = []
         self._safe_us = NEVER_US
-        self.law = LawFlight(params.law, params.airframe, params.mission, params.streams, hover)
-        self.pose = PoseIntake(params.guards)
+        self.law = law
+        self.pose = PoseIntake(guards)
         self.on = False
         self.last_row: TraceRow | None = None
         self.sent = 0
@@ -77,12 +76,17 @@ class Control:
             return None
         return check(self._guards, attitude, position, self.law.origin_nwu_m, ground_m)
 
+    def choose(self, law: LawParams, depth: Depth) -> None:
+        """The law as it is for the vehicle that was met, and what it will command."""
+        self.law.choose(law, depth)
+        self.pose.choose(depth)
+
     def step(self, target: Target, phase: str, now_us: int) -> Message | None:
         """The law's answer to the latest pose; None while it is off, or the pose is not whole."""
         attitude, position = self.pose.attitude, self.pose.position
         if not self.on or attitude is None or position is None:
             return None
-        row = self.law.step(position, attitude, now_us, phase)
+        row = self.law.step(position, attitude, now_us, phase, self.pose.authority(now_us))
         self.last_row = row
         self._trace.append(row)
         self.sent += 1

@@ -90,12 +90,20 @@ class LawFlight:
         """Time since the mission began, and its length; zeros before."""
         return (self._mission.elapsed_s(stamp_us), self._mission.duration_s) if self._mission else (0.0, 0.0)
 
-    def step(self, position: Position, attitude: Attitude, now_us: int, phase: str) -> TraceRow:
-        """One step on what was measured so far. The row's `controls` are what must be sent now."""
+    def step(self, position: Position, attitude: Attitude, now_us: int, phase: str, authority: float = 1.0) -> TraceRow:
+        """One step on what was measured so far. The row's `controls` are what must be sent now.
+
+        Args:
+            position: the latest.
+            attitude: the latest.
+            now_us: when.
+            phase: for the row.
+            authority: see `Controller.command`.
+        """
         if self._controller is None or not self.in_control:
             self._begin(position, attitude)
         assert self._controller is not None
-        command = self._controller.command(self.reference)
+        command = self._controller.command(self.reference, authority)
         assert self._controller.trace is not None
         return self._row(command, self._controller.trace, now_us, phase)
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from mavquad.flight.guards import RETURN, Reaction
+from mavquad.flight.guards import PILOT, RETURN, Reaction
 from mavquad.flight.machine import Phase
 from mavquad.protocol.firmware import Firmware, Mode
 
 
-@lru_cache(maxsize=32)
-def own_modes(firmware: Firmware, phase: Phase) -> frozenset[Mode] | None:
+@lru_cache(maxsize=128)
+def own_modes(firmware: Firmware, phase: Phase, reaction: Reaction) -> frozenset[Mode] | None:
     """The modes that may be entered in a phase without anybody having taken over; None where any may."""
     fw = firmware
-    back = (fw.offboard, fw.hold, fw.land, fw.home, fw.pilot)
+    back = {fw.offboard, fw.hold, fw.land, way_back(fw, reaction)}
     return {
         Phase.ARMING: frozenset[Mode](),
         Phase.TAKING_OFF: frozenset((fw.takeoff, fw.hover)),
@@ -21,8 +21,13 @@ def own_modes(firmware: Firmware, phase: Phase) -> frozenset[Mode] | None:
         Phase.FLYING: frozenset((fw.offboard,)),
         Phase.HANDING_BACK: frozenset(back),
         # Landing may begin right behind the takeoff command, before HEARTBEAT shows what that did.
-        Phase.LANDING: frozenset((fw.takeoff, fw.hover, *back)),
+        Phase.LANDING: frozenset({fw.takeoff, fw.hover} | back),
     }.get(phase)
+
+
+def way_back(firmware: Firmware, reaction: Reaction) -> Mode:
+    """The mode that the vehicle is handed back to."""
+    return {RETURN: firmware.home, PILOT: firmware.pilot}.get(reaction, firmware.hold)
 
 
 def asked_for(firmware: Firmware, phase: Phase, reaction: Reaction) -> Mode | None:

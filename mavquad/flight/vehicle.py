@@ -22,6 +22,7 @@ class Vehicle:
         firmware: what flies it; PX4 until it is known.
         mode: from HEARTBEAT, None before the first.
         armed: from HEARTBEAT.
+        reported: whether a SYS_STATUS has been heard.
         prearm_ok: whether its own pre-arm checks pass (SYS_STATUS).
         transmitter: whether a transmitter is heard (SYS_STATUS).
         on_ground_since_us: since when EXTENDED_SYS_STATE has shown it on the ground; NEVER_US while it does not.
@@ -33,6 +34,7 @@ class Vehicle:
         self.firmware: Firmware = PX4
         self.mode: Mode | None = None
         self.armed = False
+        self.reported = False
         self.prearm_ok = False
         self.transmitter = False
         self.on_ground_since_us = NEVER_US
@@ -59,6 +61,7 @@ class Vehicle:
 
     def take_sys_status(self, message: Message) -> None:
         """Take in a SYS_STATUS."""
+        self.reported = True
         health = message.onboard_control_sensors_health
         self.prearm_ok = bool(health & PREARM_OK)
         self.transmitter = bool(health & RC_RECEIVER)

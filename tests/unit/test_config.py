@@ -176,7 +176,7 @@ def test_time_limits_of_the_phases():
         ({"guards.floor_m": "30"}, "guards.floor_m must be below guards.ceiling_m"),
         ({"mission.side_m": "100"}, "mission.side_m puts a corner 141.4 m away, beyond guards.radius_m"),
         ({"guards.tilt_deg": "20"}, "guards.tilt_deg must be greater than law.limits.tilt_max_deg"),
-        ({"streams.position_hz": "10", "guards.stale_pose_s": "0.02"}, "guards.stale_pose_s is too short"),
+        ({"streams.position_hz": "10", "guards.late_position_s": "0.02"}, "guards.late_position_s is too short"),
         ({"flight.settle_s": "50"}, "flight.settle_s must be shorter than flight.takeoff_s"),
         ({"flight.engage_s": "1.6", "streams.position_hz": "50"}, "flight.engage_s must be more than 2.2 s"),
         (

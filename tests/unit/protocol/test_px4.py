@@ -66,29 +66,18 @@ def test_the_reserved_bits_of_custom_mode_do_not_matter():
 
 
 @pytest.mark.parametrize(
-    ("version", "takes"),
+    ("version", "depths"),
     [
-        ((1, 11, 0), True),
-        ((1, 13, 0), True),
-        ((1, 13, 99), True),
-        ((1, 14, 0), False),
-        ((1, 16, 2), False),
-        ((2, 0, 0), False),
+        ((1, 11, 0), ("torque", "rate", "attitude")),
+        ((1, 13, 0), ("torque", "rate", "attitude")),
+        ((1, 13, 99), ("torque", "rate", "attitude")),
+        ((1, 14, 0), ("rate", "attitude")),
+        ((1, 16, 2), ("rate", "attitude")),
+        ((2, 0, 0), ("rate", "attitude")),
     ],
 )
-def test_the_last_release_that_takes_torque(version, takes):
-    assert px4.takes_torque(version) is takes
-
-
-@pytest.mark.parametrize(
-    ("version", "depth"), [((1, 11, 0), "torque"), ((1, 13, 3), "torque"), ((1, 14, 0), "rate"), ((1, 16, 2), "rate")]
-)
-def test_the_deepest_setpoint_that_a_release_takes(version, depth):
-    assert px4.default_depth(version) == depth
-    assert px4.takes(version, depth)
-    assert px4.takes(version, "torque") is (depth == "torque")
-    assert px4.takes(version, "rate")
-    assert px4.takes(version, "attitude")
+def test_what_a_release_takes_the_deepest_first(version, depths):
+    assert px4.depths(version) == depths
 
 
 @pytest.mark.parametrize(
