@@ -114,14 +114,14 @@ class Agent:
 
     @property
     def awaits_record(self) -> bool:
-        """Whether `changed_parameters` must be kept where they survive us, and `parameters_kept` be called."""
+        """Whether `changed_parameters` must be kept where they survive us, and `kept` be called."""
         preparation = self._captain.preparation
         return preparation.changed is not None and not preparation.kept
 
-    def parameters_kept(self, now_us: int) -> None:
+    def kept(self, now_us: int) -> None:
         """`changed_parameters` are kept where they survive us: the vehicle's parameters may be changed."""
         self._now_us = now_us
-        self._captain.parameters_kept(now_us)
+        self._captain.kept(now_us)
 
     @property
     def law(self) -> LawFlight:

@@ -144,7 +144,7 @@ class Captain:
         """The vehicle's parameters, before the flight and after it."""
         return self._preparation
 
-    def parameters_kept(self, now_us: int) -> None:
+    def kept(self, now_us: int) -> None:
         """What the parameters were is kept where it survives us: they may be changed."""
         self._now_us = now_us
         self._send_all(self._preparation.change(self._target, now_us))

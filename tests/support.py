@@ -93,7 +93,7 @@ def run(flight: LockstepFlight, limit_s: float = 150.0, until: str = "") -> None
 
     def over() -> bool:
         if agent.awaits_record:
-            flight.lockstep.command("parameters_kept", agent.parameters_kept)
+            flight.lockstep.command("kept", agent.kept)
         return agent.phase is last or agent.done
 
     flight.lockstep.run(over, limit_s)

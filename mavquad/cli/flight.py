@@ -16,7 +16,7 @@ from mavquad.cli.display import summary_table
 from mavquad.cli.outcome import show
 from mavquad.cli.terminal import QuietConsole, say, shown
 from mavquad.config import Config, Override, blaming_options, default_path, dump, load
-from mavquad.drivers.parameter_file import write_parameters
+from mavquad.drivers.parameters_file import write_parameters
 from mavquad.drivers.run_folder import RunFolder, to_json
 from mavquad.drivers.runner import Runner
 from mavquad.errors import EXIT_INTERRUPTED, EXIT_OK, Abandoned, RunFolderError
@@ -78,7 +78,7 @@ class Flight:
             RunFolderError: it cannot be written.
         """
         if agent.changed_parameters is not None:
-            write_parameters(self.folder.path, agent.changed_parameters)
+            write_parameters(self.folder, agent.changed_parameters)
 
     def finish(
         self,

@@ -65,7 +65,7 @@ async def _drive(agent: Agent, driver: LiveDriver, flight: Flight, as_json: bool
                     display.update(agent, flight.collect(agent, driver.take_notes()))
                     if agent.awaits_record:
                         flight.keep_parameters(agent)
-                        driver.command("parameters_kept")
+                        driver.command("kept")
         except BaseException as error:
             # Our own failure in flight, or the operator's: the firmware would keep our last torque, so ask it to hold.
             driver.abandon(agent.last_resort())

@@ -44,7 +44,7 @@ def sim(path: Path | None, overrides: list[Override], run_dir: Path | None, as_j
                     lockstep.command("stop", agent.stop)
                 if agent.awaits_record:
                     flight.keep_parameters(agent)
-                    lockstep.command("parameters_kept", agent.parameters_kept)
+                    lockstep.command("kept", agent.kept)
                 for _ in range(STEPS_BETWEEN_LOOKS):
                     lockstep.step()
                     truth.keep(agent)

@@ -15,6 +15,7 @@ from mavquad.flight.guard_types import Tripped as Tripped
 from mavquad.schema import Section
 from mavquad.types import Attitude, Position
 
+
 class GuardParams(Section):
     """Limits beyond which the law's control ends and the vehicle is handed back to the autopilot."""
 

@@ -313,7 +313,7 @@ class Dialogue:
         self.now_us += self.vehicle.tick_us
         self._runner.advance(self.now_us)
         if self.agent.awaits_record and self.keeps:
-            self._runner.command("parameters_kept", self.agent.parameters_kept, self.now_us)
+            self._runner.command("kept", self.agent.kept, self.now_us)
         if not self.powered:
             return
         for sent in self.sent[self._heard : heard]:
