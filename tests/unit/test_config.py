@@ -69,7 +69,7 @@ def test_the_dump_is_complete():
         ('[guards]\ntilt_deg = "45"', "guards.tilt_deg", "valid number"),
         ("seed = 1.5", "seed", "valid integer"),
         ("[link]\nsystem_id = 256", "link.system_id", "less than or equal to 255"),
-        ('[link]\nurl = "tcp:1.2.3.4:1"', "link.url", "not a connection string"),
+        ('[link]\nurl = "ftp:1.2.3.4:1"', "link.url", "not a connection string"),
         ('[mission]\nname = "loop"', "mission.name", "'waypoints' or 'file'"),
         ("[airframe]\ntorque_scale_frd_rad_s2 = [1.0, 2.0]", "airframe.torque_scale_frd_rad_s2.2", "required"),
         ("[law]\nomega0_rad_s = 9.0\nkappa_rad_s = 5.0", "law", "kappa_rad_s must be greater"),
