@@ -205,9 +205,7 @@ def report(
     ],
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output", "-o", help="Its folder; by default the run folder, or NAME-report.", show_default=False
-        ),
+        typer.Option("--output", "-o", help="Its folder; by default the run folder, or NAME-report.", show_default=False),
     ] = None,
     export: Annotated[
         str | None, typer.Option(help="mcap: a file for Foxglove and PlotJuggler besides.", show_default=False)
