@@ -9,10 +9,12 @@ from mavquad.agent_params import AgentParams
 from mavquad.captain import Captain
 from mavquad.endpoint import NEVER_US, floor_to_grid_us, grid_us
 from mavquad.errors import MavquadError
+from mavquad.flight.law_flight import LawFlight
 from mavquad.flight.machine import Phase
 from mavquad.flight_record import Note, Status, TraceRow
 from mavquad.protocol.codec import Message, decode, mavlink, message_id
 from mavquad.protocol.link import Link, heartbeat
+from mavquad.protocol.param_record import ChangedParameters
 from mavquad.protocol.timesync import TimeSync
 
 HEARTBEAT_US = 1_000_000
@@ -104,6 +106,27 @@ class Agent:
         """The operator stops: hand back and land, from wherever the flight is."""
         self._now_us = now_us
         self._captain.stop(now_us)
+
+    @property
+    def changed_parameters(self) -> ChangedParameters | None:
+        """What is about to be changed on the vehicle, or was, or was put back; None where nothing is."""
+        return self._captain.preparation.changed
+
+    @property
+    def awaits_record(self) -> bool:
+        """Whether `changed_parameters` must be kept where they survive us, and `kept` be called."""
+        preparation = self._captain.preparation
+        return preparation.changed is not None and not preparation.kept
+
+    def kept(self, now_us: int) -> None:
+        """`changed_parameters` are kept where they survive us: the vehicle's parameters may be changed."""
+        self._now_us = now_us
+        self._captain.kept(now_us)
+
+    @property
+    def law(self) -> LawFlight:
+        """The law in flight, to be looked at."""
+        return self._captain.law
 
     def last_resort(self) -> list[bytes]:
         """Frames to send when this agent itself has failed in flight: hold, and no rotation meanwhile."""

@@ -10,6 +10,7 @@ from mavquad.flight.guards import GuardParams
 from mavquad.flight.machine import Phase
 from mavquad.flight.mission import MissionParams
 from mavquad.flight.mission_check import mission_fault
+from mavquad.flight.parameters import VehicleParameters
 from mavquad.protocol.link import LinkParams
 from mavquad.protocol.streams import StreamParams
 from mavquad.schema import Section
@@ -20,14 +21,19 @@ MOST_COMMANDS_IN_FLIGHT = 50
 
 
 class FlightParams(Section):
-    """Time limits of the phases, in seconds."""
+    """The takeoff, and the time limits of the phases."""
+
+    takeoff_m: float = Field(default=0.0, ge=0.0, le=100.0)
+    """Height of the takeoff, m; 0 is the autopilot's own (PX4: MIS_TAKEOFF_ALT; ArduCopter: 2.5 m)."""
 
     connect_s: float = Field(default=10.0, gt=0.0, le=600.0)
     """To hear an autopilot."""
     identify_s: float = Field(default=15.0, gt=0.0, le=600.0)
     """To get its version, parameters and streams."""
-    ready_s: float = Field(default=90.0, gt=0.0, le=600.0)
-    """Until it can be armed; estimators need their time."""
+    prepare_s: float = Field(default=20.0, gt=0.0, le=600.0)
+    """To change its parameters."""
+    ready_s: float = Field(default=120.0, gt=0.0, le=600.0)
+    """Until it can be armed; estimators need their time (ArduCopter 42 s from its start, PX4 1.15 38 s)."""
     arm_s: float = Field(default=5.0, gt=0.0, le=60.0)
     """To arm."""
     takeoff_s: float = Field(default=40.0, gt=0.0, le=600.0)
@@ -42,6 +48,8 @@ class FlightParams(Section):
     """To land and disarm; a real PX4 may bounce between "landing detected" and "takeoff detected" for half a minute."""
     disarm_s: float = Field(default=5.0, gt=0.0, le=60.0)
     """To disarm on the ground."""
+    restore_s: float = Field(default=20.0, gt=0.0, le=600.0)
+    """To put its parameters back."""
     force: bool = False
     """Fly with gains that leave no margin on the configured link all the same."""
 
@@ -50,6 +58,7 @@ class FlightParams(Section):
         return {
             Phase.CONNECTING: self.connect_s,
             Phase.IDENTIFYING: self.identify_s,
+            Phase.PREPARING: self.prepare_s,
             Phase.WAITING: self.ready_s,
             Phase.ARMING: self.arm_s,
             Phase.TAKING_OFF: self.takeoff_s,
@@ -57,6 +66,7 @@ class FlightParams(Section):
             Phase.HANDING_BACK: self.hand_back_s,
             Phase.LANDING: self.land_s,
             Phase.DISARMING: self.disarm_s,
+            Phase.RESTORING: self.restore_s,
         }.get(phase, 0.0)
 
 
@@ -68,6 +78,7 @@ class AgentParams(Section):
     flight: FlightParams = FlightParams()
     airframe: AirframeParams = AirframeParams()
     guards: GuardParams = GuardParams()
+    parameters: VehicleParameters = VehicleParameters()
     law: LawParams = LawParams()
     mission: MissionParams = MissionParams()
 
@@ -77,6 +88,20 @@ class AgentParams(Section):
             if broken:
                 raise ValueError(words)
         return self
+
+    def _too_short(self) -> list[tuple[bool, str]]:
+        """Limits of age that the streams, at the least rate that is flown on, cannot keep."""
+        guards, streams = self.guards, self.streams
+        ages = [("stale_attitude_s", "attitude_hz"), ("late_position_s", "position_hz")]
+        if "torque" in self.law.depths:
+            ages.append(("stale_attitude_at_torque_s", "attitude_hz"))
+        return [
+            (
+                getattr(guards, age) * getattr(streams, rate) * streams.least_share < 1.5,
+                f"guards.{age} is too short for streams.{rate} times streams.least_share",
+            )
+            for age, rate in ages
+        ]
 
     def _contradictions(self) -> tuple[tuple[bool, str], ...]:
         slowest_hz = self.streams.least_share * min(self.streams.position_hz, self.streams.attitude_hz)
@@ -89,9 +114,10 @@ class AgentParams(Section):
                 self.guards.tilt_deg <= self.law.limits.tilt_max_deg,
                 "guards.tilt_deg must be greater than law.limits.tilt_max_deg",
             ),
+            *self._too_short(),
             (
-                self.guards.stale_pose_s * slowest_hz < 1.5,
-                "guards.stale_pose_s is too short for streams.position_hz and streams.attitude_hz times streams.least_share",
+                self.guards.late_position_s > self.guards.stale_position_s,
+                "guards.late_position_s must not be greater than guards.stale_position_s",
             ),
             (self.flight.settle_s >= self.flight.takeoff_s, "flight.settle_s must be shorter than flight.takeoff_s"),
             (
@@ -99,7 +125,7 @@ class AgentParams(Section):
                 f"flight.engage_s must be more than {engage_s:.1f} s at streams.position_hz",
             ),
             (
-                self.law.delay_s * self.streams.position_hz > MOST_COMMANDS_IN_FLIGHT,
+                self.law.delay() * self.streams.position_hz > MOST_COMMANDS_IN_FLIGHT,
                 f"law.delay_s times streams.position_hz must be at most {MOST_COMMANDS_IN_FLIGHT}",
             ),
         )

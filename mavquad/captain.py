@@ -12,41 +12,32 @@ from typing import ClassVar
 from mavquad.agent_params import SETPOINTS_BEFORE_OFFBOARD, AgentParams
 from mavquad.analysis.margin_check import check_margins
 from mavquad.endpoint import NEVER_US, grid_us
-from mavquad.errors import ConfigError, MavquadError
+from mavquad.errors import MavquadError
 from mavquad.flight import reasons
 from mavquad.flight.airframe import HoverThrust, within_hover
-from mavquad.flight.guards import Tripped, check
+from mavquad.flight.control import Control
+from mavquad.flight.guards import HOLD, LAND, PILOT, RETURN, Reaction, Tripped
 from mavquad.flight.law_flight import LawFlight
 from mavquad.flight.machine import IN_FLIGHT, Event, Phase, next_phase
 from mavquad.flight.mission_check import height_fault
-from mavquad.flight.pose import PoseIntake
+from mavquad.flight.modes import asked_for, own_modes, way_back
+from mavquad.flight.preparation import Preparation
 from mavquad.flight.takeoff import TakeoffWatch
 from mavquad.flight.vehicle import Vehicle
 from mavquad.flight_record import Note, Status, TraceRow
 from mavquad.protocol import command as commands
 from mavquad.protocol.codec import Message, mavlink
 from mavquad.protocol.command import Command, CommandExchange, Reply
-from mavquad.protocol.firmware import px4
+from mavquad.protocol.firmware import PX4, Mode, firmware_of
 from mavquad.protocol.identify import UNKNOWN_VERSION, Identification
 from mavquad.protocol.streams import shortfalls
-from mavquad.types import Attitude, Position, Vec4
+from mavquad.types import Position
 
 DISARM_PATIENCE_US = 5_000_000
 REASON_US = 250_000
 
-# Modes that are ours to expect in each phase; a change to any other one is the pilot's or a failsafe's.
-_OWN_MODES: dict[Phase, tuple[px4.Mode, ...]] = {
-    Phase.ARMING: (),
-    Phase.TAKING_OFF: (px4.TAKEOFF, px4.LOITER),
-    Phase.ENGAGING: (px4.TAKEOFF, px4.LOITER, px4.OFFBOARD),
-    Phase.FLYING: (px4.OFFBOARD,),
-    Phase.HANDING_BACK: (px4.OFFBOARD, px4.LOITER, px4.LAND),
-    # Landing may begin right behind the takeoff command, before HEARTBEAT shows what that did.
-    Phase.LANDING: (px4.TAKEOFF, px4.OFFBOARD, px4.LOITER, px4.LAND),
-}
-# What a phase asks for; once HEARTBEAT has shown it, leaving it is no longer a matter of course.
-_ASKED_FOR = {Phase.TAKING_OFF: px4.TAKEOFF, Phase.LANDING: px4.LAND}
-_ON_GROUND = frozenset((Phase.CONNECTING, Phase.IDENTIFYING, Phase.WAITING))
+_ON_GROUND = frozenset((Phase.CONNECTING, Phase.IDENTIFYING, Phase.PREPARING, Phase.WAITING))
+_DISARMED = frozenset((Phase.IDENTIFYING, Phase.PREPARING, Phase.WAITING))
 
 Address = tuple[int, int]
 """(system id, component id)."""
@@ -69,26 +60,25 @@ class Captain:
         self._exchange = CommandExchange()
         self._refusal_us = NEVER_US
         self._refusal_result = ""
-        self._identification = Identification(params.streams)
         self._phase_us = self._now_us
         self._phase_limit_us = self._limit_us(Phase.CONNECTING)
         self._ground_m = 0.0
         self._seen_own_mode = False
-        self._law_on = False
+        self._reaction: Reaction = LAND
+        self._waits_for = ""
         self._notes = [Note(start_us, "phase", Phase.CONNECTING.value)]
-        self._trace: list[TraceRow] = []
-        self._last_row: TraceRow | None = None
         self._vehicle = Vehicle()
+        self._firmware = PX4
+        self._identification = Identification(params.streams, PX4)
+        self._preparation = Preparation()
         self._hover = HoverThrust(params.airframe)
         self._takeoff = TakeoffWatch(self._hover, params.flight.settle_s, params.guards.floor_m)
-        self._law = LawFlight(params.law, params.airframe, params.mission, params.streams, self._hover)
-        self._pose = PoseIntake(params.guards)
+        law = LawFlight(params.law, params.airframe, params.mission, params.streams, self._hover)
+        self._control = Control(params.guards, law)
         self.phase = Phase.CONNECTING
         self._phase_name = self.phase.value
         self.error: MavquadError | None = None
         self.interrupted = False
-        self._setpoints_sent = 0
-        self._safe_setpoints = 0
 
     # ------------------------------------------------------------------ messages and time
 
@@ -103,25 +93,26 @@ class Captain:
         self._HANDLERS[message.get_msgId()](self, message)
 
     def next_deadline_us(self) -> int:
-        """The earliest of: a repeated request, the phase's time limit, the age of the pose."""
+        """The earliest of: a repeated request, the phase's time limit, the age of the pose, a safe setpoint."""
         return min(
             self._exchange.next_deadline_us(),
             self._identification.next_deadline_us() if self.phase is Phase.IDENTIFYING else NEVER_US,
+            self._preparation.next_deadline_us(),
             self._phase_limit_us,
             self._refusal_us,
-            self._pose.stale_deadline_us() if self._law_on else NEVER_US,
+            self._control.next_deadline_us(),
         )
 
     def on_deadline(self, now_us: int) -> None:
         """Act on whatever is due."""
         self._now_us = now_us
-        if self._law_on and now_us >= self._pose.stale_deadline_us():
-            self._trip(self._pose.stale(now_us))
+        self._trip(self._control.stale(now_us))
         self._repeat_requests()
         if now_us >= self._refusal_us:
             self._fire(Event.REFUSED, reasons.refused(self._exchange, self._refusal_result, self._said()))
         if now_us >= self._phase_limit_us:
             self._fire(Event.TIMEOUT, self._limit_error())
+        self._stay_safe()
 
     def measured_round_trip(self, round_trip_us: int) -> None:
         """The vehicle answered a TIMESYNC of ours."""
@@ -143,12 +134,28 @@ class Captain:
         self._note("operator", "stop")
         self._fire(Event.STOP)
 
+    @property
+    def law(self) -> LawFlight:
+        """The law in flight."""
+        return self._control.law
+
+    @property
+    def preparation(self) -> Preparation:
+        """The vehicle's parameters, before the flight and after it."""
+        return self._preparation
+
+    def kept(self, now_us: int) -> None:
+        """What the parameters were is kept where it survives us: they may be changed."""
+        self._now_us = now_us
+        self._send_all(self._preparation.change(self._target, now_us))
+        self._check_preparation()
+
     def last_resort(self) -> list[Message]:
         """What to send when our own code has failed in flight: hold, and no rotation meanwhile."""
         if self.phase not in (Phase.ENGAGING, Phase.FLYING, Phase.HANDING_BACK):
             return []  # the autopilot flies it, by itself
-        hold = commands.set_mode(px4.LOITER)
-        return [hold.message(self._target, 0), self._setpoint(self._law.safe_controls(self._pose.attitude))]
+        hold = commands.set_mode(self._firmware.hold)
+        return [hold.message(self._target, 0), self._control.safe(self._target, self._now_us)]
 
     def take_notes(self) -> list[Note]:
         """The story since the last call."""
@@ -157,35 +164,35 @@ class Captain:
 
     def take_trace(self) -> list[TraceRow]:
         """The rows since the last call."""
-        trace, self._trace = self._trace, []
-        return trace
+        return self._control.take_trace()
 
     def status(self) -> Status:
         """A snapshot for a display."""
-        position = self._pose.position
-        mission_s, mission_duration_s = self._law.progress_s(position.stamp_us if position else 0)
+        control = self._control
+        position = control.pose.position
+        mission_s, mission_duration_s = control.law.progress_s(position.stamp_us if position else 0)
+        known = self._identification.version != UNKNOWN_VERSION
         return Status(
             phase=self.phase.value,
             mode=self._vehicle.mode_name,
             armed=self._vehicle.armed,
-            vehicle=self._vehicle_words(),
+            vehicle=self._vehicle_words() if known else "",
             version=self._identification.version,
             height_m=position.position_nwu_m[2] - self._ground_m if position else None,
-            row=self._last_row if self._law_on else None,
+            row=control.last_row if control.on else None,
             mission_s=mission_s,
             mission_duration_s=mission_duration_s,
-            depth="" if self._identification.version == UNKNOWN_VERSION else self._law.depth,
+            depth=control.law.depth if known else "",
             position_hz=self._vehicle.streams["LOCAL_POSITION_NED"].rate_hz(self._now_us),
             hover_thrust_norm=self._hover.norm,
-            setpoints_sent=self._setpoints_sent,
-            safe_setpoints=self._safe_setpoints,
-            old_poses=self._pose.old,
+            setpoints_sent=control.sent,
+            safe_setpoints=control.safe_sent,
+            old_poses=control.pose.old,
         )
 
     def _vehicle_words(self) -> str:
-        if self._identification.version == UNKNOWN_VERSION:
-            return ""
-        return f"PX4 {'.'.join(map(str, self._identification.version))} ({self._target[0]}/{self._target[1]})"
+        version = ".".join(map(str, self._identification.version))
+        return f"{self._firmware.name} {version} ({self._target[0]}/{self._target[1]})"
 
     # ------------------------------------------------------------------ sending
 
@@ -200,14 +207,13 @@ class Captain:
         if self.phase is Phase.IDENTIFYING:
             self._send_all(self._identification.on_deadline(self._target, self._now_us))
             self._check_identity()
+        self._send_all(self._preparation.on_deadline(self._target, self._now_us))
+        self._check_preparation()
         repeated = self._exchange.on_deadline(self._target, self._now_us)
         if repeated is Reply.TIMEOUT and self.phase is not Phase.LANDING:
             self._fire(Event.TIMEOUT, reasons.unanswered(self._exchange, self._said(), self._now_us))
         elif repeated is not None and repeated is not Reply.TIMEOUT:
             self._send(repeated)
-
-    def _setpoint(self, controls: Vec4) -> Message:
-        return px4.setpoint(self._now_us, self._law.depth, controls, *self._target)
 
     # ------------------------------------------------------------------ the machine
 
@@ -223,7 +229,7 @@ class Captain:
         self._exchange.cancel()
         self._refusal_us = NEVER_US
         self._seen_own_mode = False
-        self._pose.may_restart = phase in _ON_GROUND
+        self._control.pose.may_restart = phase in _ON_GROUND
         self._note("phase", phase.value)
         action = self._ENTER.get(phase)
         if action is not None:
@@ -252,72 +258,169 @@ class Captain:
     def _limit_error(self) -> MavquadError:
         if self.phase is Phase.ENGAGING:
             except_mask = self._identification.parameters.get("COM_RCL_EXCEPT")
-            return reasons.not_engaged(self._exchange, self._vehicle.mode_name, except_mask, self._said())
+            return reasons.not_engaged(self._exchange, self._vehicle, except_mask, self._said())
         details = ""
         if self.phase is Phase.WAITING:
             details = self._not_ready()
         elif self.phase is Phase.IDENTIFYING:
-            details = self._identification.waiting_for
+            details = self._identification.waiting_for or "SYS_STATUS"
+        elif self.phase in (Phase.PREPARING, Phase.RESTORING):
+            details = self._preparation.waiting_for
         elif self.phase is Phase.TAKING_OFF and self._takeoff.lacks_thrust:
             details = "its hover thrust is not known (ATTITUDE_TARGET; or set airframe.hover_thrust_norm)"
         waited_s = (self._now_us - self._phase_us) * 1e-6
-        return reasons.too_long(self.phase, details, self._exchange.tries, waited_s, self._said())
+        return reasons.too_long(self.phase, self._firmware, details, self._exchange.tries, waited_s, self._said())
+
+    # ------------------------------------------------------------------ before the flight
+
+    def _on_found(self, message: Message) -> None:
+        firmware = firmware_of(message.autopilot, message.type)
+        if firmware is None:
+            self._fire(Event.REFUSED, reasons.not_flown(message.autopilot, message.type))
+            return
+        self._firmware = self._vehicle.firmware = firmware
+        self._vehicle.take_heartbeat(message)
+        if self._vehicle.armed:
+            self._fire(Event.REFUSED, reasons.armed_already(self._vehicle.mode_name))
+        else:
+            self._fire(Event.FOUND)
 
     def _enter_identifying(self) -> None:
+        also = self._params.parameters.changes(self._firmware)
+        self._identification = Identification(self._params.streams, self._firmware, also)
         self._send_all(self._identification.start(self._target, self._now_us))
 
     def _check_identity(self) -> None:
-        if self.phase is not Phase.IDENTIFYING or not self._identification.done:
+        known = self._identification.done and self._vehicle.reported
+        if self.phase is not Phase.IDENTIFYING or not known:
             return
-        version, asked = self._identification.version, self._params.law.depth
-        self._law.choose(px4.default_depth(version) if asked == "auto" else asked)
-        if not px4.takes(version, self._law.depth):
-            words = ".".join(map(str, version))
-            self._fire(Event.REFUSED, reasons.no_torque(f"PX4 {words} ignores torque setpoints silently"))
+        try:
+            self._choose_law()
+        except MavquadError as error:
+            self._fire(Event.REFUSED, error)
             return
-        if not self._params.flight.force:
-            try:
-                check_margins(self._params.law, self._params.streams, self._law.depth, "configuration")
-            except ConfigError as error:
-                self._fire(Event.REFUSED, error)
-                return
-        self._note("law", f"depth {self._law.depth}, measurements {self._params.law.measured()}")
         told = self._identification.parameters
-        self._takeoff.altitude_m = told.get("MIS_TAKEOFF_ALT", 0.0)
-        self._hover.parameter_norm = within_hover(told.get("MPC_THR_HOVER", 0.0))
+        firmware, flight = self._firmware, self._params.flight
+        self._takeoff.altitude_m = flight.takeoff_m or told.get(firmware.takeoff_parameter, firmware.takeoff_m)
+        self._takeoff.high_share = firmware.high_share
+        self._hover.parameter_norm = within_hover(told.get(firmware.hover_parameter, 0.0))
         self._fire(Event.IDENTIFIED)
 
+    def _choose_law(self) -> None:
+        """The law for this vehicle, at a depth that it takes.
+
+        Raises:
+            MavquadError: it does not take the depth, or the gains leave no margin.
+        """
+        version, asked = self._identification.version, self._params.law.depth
+        taken = self._firmware.depths(version)
+        depth = taken[0] if asked == "auto" else asked
+        if depth not in taken:
+            raise reasons.no_torque(self._firmware, version)
+        law = self._params.law.of("px4" if self._firmware is PX4 else "arducopter")
+        if not self._params.flight.force:
+            check_margins(law, self._params.streams, depth, "configuration")
+        self._control.choose(law, depth)
+        self._note("law", f"depth {depth}, measurements {law.measured()}")
+
+    def _enter_preparing(self) -> None:
+        found, vehicle = self._identification.parameters, self._vehicle
+        wanted = self._params.parameters.wanted(self._firmware, found, vehicle.transmitter)
+        if self._firmware.takeoff_parameter in found and self._params.flight.takeoff_m:
+            wanted[self._firmware.takeoff_parameter] = self._params.flight.takeoff_m
+        self._send_all(self._preparation.start(wanted, self._firmware, self._target, self._now_us))
+        self._check_preparation()
+
+    def _check_preparation(self) -> None:
+        preparation = self._preparation
+        if self.phase is Phase.PREPARING and preparation.over:
+            if preparation.failed:
+                self._fire(Event.REFUSED, reasons.parameters_refused(preparation.failed))
+            else:
+                self._note_changes()
+                self._fire(Event.PREPARED)
+        elif self.phase is Phase.RESTORING and preparation.over:
+            self._blame(reasons.parameters_left(preparation.failed) if preparation.failed else None)
+            self._fire(Event.RESTORED)
+
+    def _note_changes(self) -> None:
+        for record in self._preparation.records:
+            self._note("parameter", f"{record.name} {record.original:g} -> {record.changed:g}")
+
+    def _not_ready(self) -> str:
+        """Why the vehicle cannot be armed yet; empty when it can."""
+        vehicle, pose = self._vehicle, self._control.pose
+        if not self._arms_here():
+            return f"it is in mode {vehicle.mode_name} and not yet in {self._firmware.offboard.name}"
+        if not vehicle.prearm_ok:
+            return f"the autopilot's own pre-arm checks have not passed (mode {vehicle.mode_name})"
+        if not vehicle.on_ground:
+            return "EXTENDED_SYS_STATE does not show it on the ground"
+        round_trip_us = vehicle.round_trip_us
+        if round_trip_us is not None and round_trip_us * 1e-6 > self._params.guards.stale_attitude_s:
+            return f"a round trip over the link takes {round_trip_us * 1e-6:.2f} s: too slow to fly on"
+        if pose.attitude is None or pose.position is None:
+            return "no pose"
+        return "; ".join(shortfalls(self._params.streams, vehicle.streams, self._now_us))
+
+    def _arms_here(self) -> bool:
+        return self._firmware.arms_in in (None, self._vehicle.mode)
+
+    def _on_waiting(self) -> None:
+        """HEARTBEAT while it is not ready: ask for the mode to arm in, and tell what it waits for."""
+        if not self._arms_here() and not self._exchange.pending:
+            assert self._firmware.arms_in is not None
+            self._request(commands.set_mode(self._firmware.arms_in))
+        waits_for = self._not_ready()
+        if waits_for and waits_for.split(" at ")[0] != self._waits_for:
+            self._waits_for = waits_for.split(" at ")[0]
+            self._note("waiting", waits_for)
+
+    # ------------------------------------------------------------------ into the air and down
+
     def _enter_arming(self) -> None:
-        assert self._pose.position is not None
-        self._ground_m = self._pose.position.position_nwu_m[2]
+        assert self._control.pose.position is not None
+        self._ground_m = self._control.pose.position.position_nwu_m[2]
         self._request(commands.arm())
 
     def _enter_taking_off(self) -> None:
-        self._request(commands.takeoff(commands.NAN))
+        self._request(commands.takeoff(self._firmware, self._takeoff.altitude_m))
 
     def _enter_engaging(self) -> None:
-        self._law_on = True
+        self._control.on = True
+        # Where the vehicle is in the mode already, what is sent acts.
+        self._control.law.in_control = self._firmware.acts_at_once
 
     def _enter_flying(self) -> None:
-        assert self._pose.position is not None
-        self._law.in_control = True
-        self._law.start_mission(self._pose.position.stamp_us)
+        assert self._control.pose.position is not None
+        self._control.law.in_control = True
+        self._control.law.start_mission(self._control.pose.position.stamp_us)
 
     def _enter_handing_back(self) -> None:
-        self._request(commands.set_mode(px4.LOITER))
+        self._request(commands.set_mode(way_back(self._firmware, self._reaction)))
 
     def _enter_landing(self) -> None:
-        self._law_on = False
-        self._request(commands.land())
+        self._control.stop()
+        returns = self._reaction == RETURN
+        self._request(commands.set_mode(self._firmware.home) if returns else commands.land(self._firmware))
 
     def _enter_disarming(self) -> None:
         self._request(commands.disarm())
 
+    def _enter_restoring(self) -> None:
+        self._control.stop()
+        self._send_all(self._preparation.restore(self._target, self._now_us))
+        self._check_preparation()
+
     def _enter_done(self) -> None:
-        self._law_on = False
+        self._control.stop()
+        self._preparation.stop()
+        if self._preparation.left_over:
+            self._note("parameter", "not put back: " + ", ".join(record.name for record in self._preparation.records))
 
     _ENTER: ClassVar[dict[Phase, Callable[[Captain], None]]] = {
         Phase.IDENTIFYING: _enter_identifying,
+        Phase.PREPARING: _enter_preparing,
         Phase.ARMING: _enter_arming,
         Phase.TAKING_OFF: _enter_taking_off,
         Phase.ENGAGING: _enter_engaging,
@@ -325,62 +428,65 @@ class Captain:
         Phase.HANDING_BACK: _enter_handing_back,
         Phase.LANDING: _enter_landing,
         Phase.DISARMING: _enter_disarming,
+        Phase.RESTORING: _enter_restoring,
         Phase.DONE: _enter_done,
     }
 
     # ------------------------------------------------------------------ what the vehicle says
 
     def _on_heartbeat(self, message: Message) -> None:
-        changed = self._vehicle.take_heartbeat(message)
         if self.phase is Phase.CONNECTING:
-            self._on_found(message.autopilot)
-        elif self._is_taken_over(changed):
-            assert changed is not None
+            self._on_found(message)
+            return
+        changed = self._vehicle.take_heartbeat(message)
+        if changed is not None and self._is_taken_over(changed):
             self._fire(Event.TAKEN_OVER, reasons.taken_over(changed, self.phase, self._said()))
-        else:
-            if changed is not None:
-                self._note("mode", changed.name)
-            self._on_armed() if self._vehicle.armed else self._on_disarmed()
+            return
+        if changed is not None:
+            self._note("mode", changed.name)
+        self._on_armed() if self._vehicle.armed else self._on_disarmed()
 
-    def _is_taken_over(self, changed: px4.Mode | None) -> bool:
+    def _is_taken_over(self, changed: Mode) -> bool:
         """Whether a change of mode is the pilot's or a failsafe's: to one that is not ours to expect, or not now."""
-        if changed is None:
-            return False
         if self.phase is Phase.LANDING and not self._vehicle.armed:
             return False  # down: PX4 1.16 shows AUTO.LOITER with the HEARTBEAT that shows it disarmed
-        if self.phase is Phase.TAKING_OFF and changed == px4.LOITER and self._seen_own_mode:
-            height_m = self._pose.position.position_nwu_m[2] - self._ground_m if self._pose.position else 0.0
-            return not self._takeoff.is_high(height_m)
+        if self.phase is Phase.TAKING_OFF and changed == self._firmware.hover and self._seen_own_mode:
+            return not self._takeoff.is_high(self._height_m())
         if self.phase is Phase.LANDING and self._seen_own_mode:
             return True
-        self._seen_own_mode |= changed == _ASKED_FOR.get(self.phase)
-        return changed not in _OWN_MODES.get(self.phase, (changed,))
+        self._seen_own_mode |= changed == asked_for(self._firmware, self.phase, self._reaction)
+        own = own_modes(self._firmware, self.phase, self._reaction)
+        return own is not None and changed not in own
 
-    def _on_found(self, autopilot: int) -> None:
-        if autopilot != mavlink.MAV_AUTOPILOT_PX4:
-            self._fire(Event.REFUSED, reasons.not_px4(autopilot))
-        elif self._vehicle.armed:
-            self._fire(Event.REFUSED, reasons.armed_already(self._vehicle.mode_name))
-        else:
-            self._fire(Event.FOUND)
+    def _height_m(self) -> float:
+        position = self._control.pose.position
+        return position.position_nwu_m[2] - self._ground_m if position else 0.0
 
     def _on_armed(self) -> None:
         """HEARTBEAT shows it armed; where it does not show what was asked for and acknowledged, that is asked again."""
-        offboard = self._vehicle.mode == px4.OFFBOARD
+        offboard = self._vehicle.mode == self._firmware.offboard
         if self.phase is Phase.ARMING:
             self._fire(Event.ARMED)
-        elif self.phase is Phase.ENGAGING and offboard and self._setpoints_sent:
+        elif self.phase is Phase.ENGAGING and offboard and self._control.sent:
             self._fire(Event.ENGAGED)
-        elif self.phase in (Phase.IDENTIFYING, Phase.WAITING):
+        elif self.phase in _DISARMED:
             self._fire(Event.REFUSED, reasons.armed_already(self._vehicle.mode_name))
         elif self._exchange.pending:
             return
         elif self.phase is Phase.HANDING_BACK:
-            self._enter_handing_back() if offboard else self._fire(Event.RELEASED)
-        elif self.phase is Phase.LANDING and self._vehicle.mode != px4.LAND:
+            self._enter_handing_back() if offboard else self._on_released()
+        elif self.phase is Phase.LANDING and self._vehicle.mode != asked_for(
+            self._firmware, self.phase, self._reaction
+        ):
             self._enter_landing()
 
+    def _on_released(self) -> None:
+        leaves = self._reaction in (HOLD, PILOT)
+        self._fire(Event.LEFT if leaves else Event.RELEASED)
+
     def _on_disarmed(self) -> None:
+        if self.phase is Phase.WAITING:
+            self._on_waiting()
         if self.phase is Phase.DISARMING and self._exchange.pending:
             return  # this heartbeat may be from before an arming that we did not hear of
         expected = self.phase not in IN_FLIGHT or self.phase is Phase.LANDING
@@ -398,10 +504,12 @@ class Captain:
             self._on_refusal()
         elif reply is Reply.ACCEPTED and self.phase is Phase.ENGAGING:
             # Most likely our setpoints act from here on; HEARTBEAT says so up to a second later.
-            self._law.in_control = True
+            self._control.law.in_control = True
 
     def _on_refusal(self) -> None:
         """PX4 sends the text that says why right behind the ACK: wait for it, unless there is a vehicle to bring down."""
+        if self.phase is Phase.WAITING:
+            return  # the mode is asked for again
         if self.phase is Phase.LANDING:
             self._blame(reasons.refused(self._exchange, self._exchange.result, self._said()))
             return
@@ -413,8 +521,12 @@ class Captain:
             self._fire(Event.REFUSED, reasons.refused(self._exchange, self._refusal_result, self._said()))
 
     def _on_param(self, message: Message) -> None:
-        self._identification.on_param(message)
-        self._check_identity()
+        if self.phase is Phase.IDENTIFYING:
+            self._identification.on_param(message)
+            self._check_identity()
+        else:
+            self._send_all(self._preparation.on_value(message, self._target, self._now_us))
+            self._check_preparation()
 
     def _on_version(self, message: Message) -> None:
         self._identification.on_version(message)
@@ -422,6 +534,7 @@ class Captain:
 
     def _on_sys_status(self, message: Message) -> None:
         self._vehicle.take_sys_status(message)
+        self._check_identity()
 
     def _on_extended_state(self, message: Message) -> None:
         """On the ground and still armed well after touch-down: the autopilot does not disarm by itself."""
@@ -435,93 +548,80 @@ class Captain:
 
     def _on_attitude_target(self, message: Message) -> None:
         if self.phase is Phase.TAKING_OFF:
-            self._takeoff.learn(message.thrust, self._pose.attitude)
+            self._takeoff.learn(message.thrust, self._control.pose.attitude)
 
     # ------------------------------------------------------------------ the pose
 
     def _on_attitude(self, message: Message) -> None:
         self._vehicle.streams["ATTITUDE"].on_message(self._now_us)
-        attitude = self._pose.take_attitude(message, self._now_us)
+        attitude = self._control.take_attitude(message, self._now_us)
         if isinstance(attitude, Tripped):
             self._trip(attitude)
-        elif isinstance(attitude, Attitude):
-            self._law.take_attitude(attitude)
-            self._fly(self._law.steps_on_attitude)
+        elif attitude is not None:
+            # Where positions step the law and are late, it flies on its prediction.
+            self._fly(self._control.law.steps_on_attitude or self._control.pose.authority(self._now_us) < 1.0)
 
     def _on_position(self, message: Message) -> None:
         self._vehicle.streams["LOCAL_POSITION_NED"].on_message(self._now_us)
-        position = self._pose.take_position(message, self._now_us)
+        position = self._control.take_position(message, self._now_us)
         if isinstance(position, Tripped):
             self._trip(position)
-        elif isinstance(position, Position):
+        elif position is not None:
             self._on_fresh_position(position)
 
     def _on_fresh_position(self, position: Position) -> None:
+        law = self._control.law
         if self.phase is Phase.WAITING and not self._not_ready():
             self._fire(Event.READY)
         elif self.phase is Phase.TAKING_OFF:
-            holds = self._vehicle.mode == px4.LOITER and self._pose.stale(self._now_us) is None
+            holds = self._vehicle.mode == self._firmware.hover and self._control.pose.stale(self._now_us) is None
             if self._takeoff.is_over(position, self._ground_m, holds, self._now_us):
-                self._on_airborne(position.position_nwu_m[2] - self._ground_m)
-        elif self.phase is Phase.FLYING and self._law.mission_over(position.stamp_us):
+                self._on_airborne()
+        elif self.phase is Phase.FLYING and law.mission_over(position.stamp_us):
             self._fire(Event.MISSION_OVER)
-        self._law.take_position(position)
-        self._fly(not self._law.steps_on_attitude)
+        law.take_position(position)
+        self._fly(not law.steps_on_attitude)
 
-    def _on_airborne(self, height_m: float) -> None:
+    def _on_airborne(self) -> None:
         """How far the mission leads up and down counts from here."""
-        fault = height_fault(self._params.mission, self._params.guards, height_m)
+        fault = height_fault(self._params.mission, self._params.guards, self._height_m())
         if fault is None:
             self._fire(Event.AIRBORNE)
         else:
             self._fire(Event.TIMEOUT, reasons.too_high_or_low(fault))
 
-    def _not_ready(self) -> str:
-        """Why the vehicle cannot be armed yet; empty when it can."""
-        if not self._vehicle.prearm_ok:
-            return f"the autopilot's own pre-arm checks have not passed (mode {self._vehicle.mode_name})"
-        if not self._vehicle.on_ground:
-            return "EXTENDED_SYS_STATE does not show it on the ground"
-        round_trip_us = self._vehicle.round_trip_us
-        if round_trip_us is not None and round_trip_us * 1e-6 > self._params.guards.stale_pose_s:
-            return f"a round trip over the link takes {round_trip_us * 1e-6:.2f} s: too slow to fly on"
-        if self._pose.attitude is None or self._pose.position is None:
-            return "no pose"
-        return "; ".join(shortfalls(self._params.streams, self._vehicle.streams, self._now_us))
-
     def _fly(self, steps: bool) -> None:
         """Whatever was just measured may trip a guard; one of the two streams steps the law."""
-        attitude, position = self._pose.attitude, self._pose.position
-        if not self._law_on or attitude is None or position is None:
+        if not self._control.on:
             return
-        if self._law.in_control:
-            self._trip(check(self._params.guards, attitude, position, self._law.origin_nwu_m, self._ground_m))
-        if self._law_on and steps:
-            self._step_law(position, attitude)
-
-    def _step_law(self, position: Position, attitude: Attitude) -> None:
-        row = self._law.step(position, attitude, self._now_us, self._phase_name)
-        self._send(self._setpoint(row.controls))
-        self._setpoints_sent += 1
-        self._last_row = row
-        self._trace.append(row)
-        if self.phase is Phase.ENGAGING and self._setpoints_sent == SETPOINTS_BEFORE_OFFBOARD:
-            self._request(commands.set_mode(px4.OFFBOARD))
+        self._trip(self._control.checked(self._ground_m))
+        setpoint = self._control.step(self._target, self._phase_name, self._now_us) if steps else None
+        if setpoint is None:
+            return
+        self._send(setpoint)
+        asks = self.phase is Phase.ENGAGING and self._control.sent == SETPOINTS_BEFORE_OFFBOARD
+        if asks and not self._firmware.acts_at_once:
+            self._request(commands.set_mode(self._firmware.offboard))
 
     def _trip(self, tripped: Tripped | None) -> None:
-        """A guard ends our control: the mode change goes first, then one safe setpoint while it takes effect.
+        """A guard ends our control: the mode change goes first, then safe setpoints until HEARTBEAT shows it.
 
-        Silence alone is not safe: PX4 holds the last torque for COM_OF_LOSS_T.
+        Silence alone is not safe: the firmwares hold the last command.
         """
-        if tripped is None or not self._law_on:
+        if tripped is None or not self._control.on:
             return
-        self._law_on = False
+        self._control.make_safe(self._now_us)
+        self._reaction = tripped.reaction
         error = reasons.guard(tripped)
         if self.phase is Phase.HANDING_BACK:
             self._blame(error)
         self._fire(Event.GUARD, error)
-        self._send(self._setpoint(self._law.safe_controls(self._pose.attitude)))
-        self._safe_setpoints += 1
+        self._stay_safe()
+
+    def _stay_safe(self) -> None:
+        safe = self._control.safe_due(self._target, self._now_us)
+        if safe is not None:
+            self._send(safe)
 
     _HANDLERS: ClassVar[dict[int, Callable[[Captain, Message], None]]] = {
         mavlink.MAVLINK_MSG_ID_HEARTBEAT: _on_heartbeat,

@@ -90,7 +90,13 @@ def run(flight: LockstepFlight, limit_s: float = 150.0, until: str = "") -> None
     """Run on until the agent is done, or in the phase `until`."""
 
     agent, last = flight.agent, Phase(until) if until else Phase.DONE
-    flight.lockstep.run(lambda: agent.phase is last or agent.done, limit_s)
+
+    def over() -> bool:
+        if agent.awaits_record:
+            flight.lockstep.command("kept", agent.kept)
+        return agent.phase is last or agent.done
+
+    flight.lockstep.run(over, limit_s)
     flight.rows += agent.take_trace()
     flight.notes += agent.take_notes()
     if agent.done:

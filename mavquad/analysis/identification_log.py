@@ -18,7 +18,7 @@ from mavquad.analysis.identification_model import Array
 from mavquad.analysis.identification_windows import Span
 from mavquad.analysis.survey import survey
 from mavquad.protocol.codec import Message, decode, frame_source, mavlink, message_id
-from mavquad.protocol.firmware.px4 import MAIN_OFFBOARD, mode_from_custom
+from mavquad.protocol.firmware.px4 import OFFBOARD, mode_from_custom
 from mavquad.tlog import TlogContents
 from mavquad.types import Depth, Vec3
 
@@ -259,7 +259,7 @@ _OF_OTHERS = {
 def _takes_commands(heartbeat: Message) -> bool:
     """Whether the mode obeys setpoints; of an autopilot that is neither PX4 nor ArduPilot it is not known: yes."""
     if heartbeat.autopilot == mavlink.MAV_AUTOPILOT_PX4:
-        return mode_from_custom(heartbeat.custom_mode).main == MAIN_OFFBOARD
+        return mode_from_custom(heartbeat.custom_mode) == OFFBOARD
     if heartbeat.autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA:
         return heartbeat.custom_mode in _COPTER_GUIDED
     return True

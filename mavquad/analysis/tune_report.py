@@ -78,7 +78,7 @@ class TuneReport:
         return {
             "depth": self.depth,
             "measurements": self.law.measured(),
-            "delay_s": self.law.delay_s,
+            "delay_s": self.law.delay(),
             "channels": {kind: report.to_json() for kind, report in self.channels.items()},
             "limits": {
                 "phase_margin_deg": self.limits.phase_deg,

@@ -24,7 +24,7 @@ from mavquad.flight.law_flight import within_controls
 from mavquad.flight.machine import Phase
 from mavquad.flight_record import TraceRow
 from mavquad.frames import wrap_pi
-from mavquad.protocol.firmware import px4
+from mavquad.protocol.firmware import setpoints
 from mavquad.types import Attitude, Depth, Position, ReferencePoint, Vec4
 
 INPUTS = ("thrust", "yaw", "roll", "pitch")
@@ -210,7 +210,9 @@ class _Beside:
         acted = self._acted(step, controller)
         controller.instead(acted)
         airframe = self._flown.airframe
-        controls = px4.controls(command, airframe.torque_scale_frd_rad_s2, self._flown.hover_thrust_norm, GRAVITY_M_S2)
+        controls = setpoints.controls(
+            command, airframe.torque_scale_frd_rad_s2, self._flown.hover_thrust_norm, GRAVITY_M_S2
+        )
         row = step.row._replace(
             vehicle_stamp_us=trace.stamp_us,
             measured=trace.measured,

@@ -75,7 +75,7 @@ class Display:
     def _line(self, note: Note) -> Text:
         seconds = (note.stamp_us - self._start_us) * 1e-6
         return Text.assemble(
-            (f"{seconds:7.2f} s  ", "dim"), (f"{note.kind:<9}", "dim"), (note.text, _COLOURS.get(note.kind, ""))
+            (f"{seconds:7.2f} s  ", "dim"), (f"{note.kind:<10}", "dim"), (note.text, _COLOURS.get(note.kind, ""))
         )
 
     def _panel(self, status: Status) -> RenderableType:

@@ -16,6 +16,7 @@ from mavquad.cli.display import summary_table
 from mavquad.cli.outcome import show
 from mavquad.cli.terminal import QuietConsole, say, shown
 from mavquad.config import Config, Override, blaming_options, default_path, dump, load
+from mavquad.drivers.parameters_file import write_parameters
 from mavquad.drivers.run_folder import RunFolder, to_json
 from mavquad.drivers.runner import Runner
 from mavquad.errors import EXIT_INTERRUPTED, EXIT_OK, Abandoned, RunFolderError
@@ -70,6 +71,15 @@ class Flight:
             self.folder.add(rows, notes, (rows or notes)[-1].stamp_us)
         return notes
 
+    def keep_parameters(self, agent: Agent) -> None:
+        """Write down what is changed on the vehicle, before it is, and that it was put back.
+
+        Raises:
+            RunFolderError: it cannot be written.
+        """
+        if agent.changed_parameters is not None:
+            write_parameters(self.folder, agent.changed_parameters)
+
     def finish(
         self,
         agent: Agent,
@@ -113,13 +123,14 @@ class Flight:
             shown(lambda: self._print(summary))
         if agent.error is not None:
             show(agent.error)
-        kept = self._keep(summary, metrics)
+        kept = self._keep(agent, summary, metrics)
         return self.exit_code(agent) or (EXIT_OK if kept else RunFolderError.exit_code)
 
-    def _keep(self, summary: dict[str, Any], metrics: FlightMetrics) -> bool:
+    def _keep(self, agent: Agent, summary: dict[str, Any], metrics: FlightMetrics) -> bool:
         """Write what remains; a failure is told, and does not hide how the flight ended."""
         failures = [self.folder.failure] if self.folder.failure is not None else []
         writes: list[Callable[[], None]] = [
+            lambda: self.keep_parameters(agent),
             lambda: self.folder.write_whole("summary.json", to_json(summary)),
             lambda: self._draw(summary, metrics),
             lambda: self.folder.write_whole("report.html", self._page(summary)),

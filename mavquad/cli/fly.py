@@ -63,6 +63,9 @@ async def _drive(agent: Agent, driver: LiveDriver, flight: Flight, as_json: bool
                 while not agent.done:
                     await driver.wait(REFRESH_S)
                     display.update(agent, flight.collect(agent, driver.take_notes()))
+                    if agent.awaits_record:
+                        flight.keep_parameters(agent)
+                        driver.command("kept")
         except BaseException as error:
             # Our own failure in flight, or the operator's: the firmware would keep our last torque, so ask it to hold.
             driver.abandon(agent.last_resort())

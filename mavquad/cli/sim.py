@@ -42,6 +42,9 @@ def sim(path: Path | None, overrides: list[Override], run_dir: Path | None, as_j
             while not agent.done and lockstep.now_us < START_US + LIMIT_S * 1e6:
                 if interrupted and not agent.interrupted:
                     lockstep.command("stop", agent.stop)
+                if agent.awaits_record:
+                    flight.keep_parameters(agent)
+                    lockstep.command("kept", agent.kept)
                 for _ in range(STEPS_BETWEEN_LOOKS):
                     lockstep.step()
                     truth.keep(agent)

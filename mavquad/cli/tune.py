@@ -148,7 +148,7 @@ def _print(reports: Sequence[TuneReport], config: Config) -> None:
     console.print(
         Text(
             f"measurements {law.measured()}, position {streams.position_hz:g} Hz, attitude {streams.attitude_hz:g} Hz, "
-            f"delay {law.delay_s * 1e3:g} ms; dead time and lag as the law is told"
+            f"delay {law.delay() * 1e3:g} ms; dead time and lag as the law is told"
         ),
         soft_wrap=True,
     )

@@ -112,13 +112,16 @@ class Controller:
         """Take in a position; False when it brings nothing new."""
         return self._estimator.observe_position(position)
 
-    def command(self, reference: Callable[[int], ReferencePoint]) -> LawCommand:
+    def command(self, reference: Callable[[int], ReferencePoint], authority: float = 1.0) -> LawCommand:
         """One command from all that was measured so far.
 
         Args:
             reference: the reference at a moment of the vehicle's clock, us.
+            authority: share of the limits of thrust and tilt that may be used; less than 1 flies on prediction.
         """
         tune, limits, estimator = self._tune, self._tune.limits, self._estimator
+        if authority < 1.0:
+            limits = limits.shrunk(authority)
         stamp_us = max(estimator.stamp_us, estimator.yaw_us)
         arrive_us = stamp_us + tune.delay_us
         point = reference(stamp_us)

@@ -1,4 +1,5 @@
-"""What "auto" stands for in [law], for each depth: gains and inner loops of PX4's SIH quadrotor, as measured."""
+"""What "auto" stands for in [law], for each autopilot and depth: gains, inner loops and friction, as measured on PX4's SIH
+quadrotor and on ArduCopter's own simulator."""
 
 from __future__ import annotations
 
@@ -8,6 +9,9 @@ from typing import Literal
 from mavquad.types import Depth
 
 Measurements = Literal["position_yaw", "position_attitude", "full"]
+
+Autopilot = Literal["px4", "arducopter"]
+"""Whose inner loops the law sits on."""
 
 DEPTHS: tuple[Depth, ...] = ("torque", "rate", "attitude")
 CHAIN_LENGTHS: dict[Depth, int] = {"torque": 4, "rate": 3, "attitude": 2}
@@ -34,13 +38,16 @@ class Defaults:
     thrust_lag_s: float = 0.05
     yaw_dead_time_s: float = 0.0
     yaw_lag_s: float = 0.05
+    delay_s: float = 0.025
+    friction_1_s: float = 1.0
+    angular_friction_1_s: float = 0.9
 
 
 _TORQUE = {"yaw_omega0_rad_s": 2.0}
 _RATE = {"dead_time_s": 0.045, "lag_s": 0.048, "yaw_dead_time_s": 0.037, "yaw_lag_s": 0.5, "yaw_omega0_rad_s": 1.2}
 _ATTITUDE = {"dead_time_s": 0.113, "lag_s": 0.06, "yaw_dead_time_s": 0.35, "yaw_lag_s": 0.22, "yaw_omega0_rad_s": 1.0}
 
-_DEFAULTS: dict[tuple[Depth, Measurements], Defaults] = {
+_PX4: dict[tuple[Depth, Measurements], Defaults] = {
     ("torque", "position_yaw"): Defaults(2.7, 2.8, observer_spread=2.0, **_TORQUE),
     ("torque", "position_attitude"): Defaults(3.0, 2.5, **_TORQUE),
     ("torque", "full"): Defaults(3.4, 2.5, 20.0, 14.0, 14.0, **_TORQUE),
@@ -53,6 +60,37 @@ _DEFAULTS: dict[tuple[Depth, Measurements], Defaults] = {
 }
 
 
-def defaults(depth: Depth, measurements: Measurements) -> Defaults:
-    """The numbers behind "auto"."""
-    return _DEFAULTS[depth, measurements]
+# ArduCopter limits angular accelerations (ATC_ACCEL_*_MAX), its model has no rotor lag and little drag.
+_ARDU: dict[str, float] = {"delay_s": 0.02, "friction_1_s": 0.15, "angular_friction_1_s": 0.0, "thrust_lag_s": 0.02}
+_ARDU_RATE = {
+    **_ARDU,
+    "dead_time_s": 0.02,
+    "lag_s": 0.05,
+    "yaw_dead_time_s": 0.04,
+    "yaw_lag_s": 0.2,
+    "yaw_omega0_rad_s": 1.2,
+}
+_ARDU_ATTITUDE = {
+    **_ARDU,
+    "dead_time_s": 0.1,
+    "lag_s": 0.1,
+    "yaw_dead_time_s": 0.2,
+    "yaw_lag_s": 0.2,
+    "yaw_omega0_rad_s": 1.0,
+}
+
+_ARDUCOPTER: dict[tuple[Depth, Measurements], Defaults] = {
+    ("rate", "position_yaw"): Defaults(2.0, 4.0, **_ARDU_RATE),
+    ("rate", "position_attitude"): Defaults(2.5, 3.0, **_ARDU_RATE),
+    ("rate", "full"): Defaults(3.0, 2.5, 20.0, 10.0, **_ARDU_RATE),
+    ("attitude", "position_yaw"): Defaults(1.5, 3.0, **_ARDU_ATTITUDE),
+    ("attitude", "position_attitude"): Defaults(1.5, 3.0, **_ARDU_ATTITUDE),
+    ("attitude", "full"): Defaults(2.5, 2.5, 14.0, **_ARDU_ATTITUDE),
+}
+
+
+def defaults(autopilot: Autopilot, depth: Depth, measurements: Measurements) -> Defaults:
+    """The numbers behind "auto". ArduCopter takes no torque: asked for it, PX4's are given."""
+    if autopilot == "arducopter" and depth != "torque":
+        return _ARDUCOPTER[depth, measurements]
+    return _PX4[depth, measurements]

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from mavquad.control.model import GRAVITY_M_S2
@@ -50,6 +50,16 @@ class DemandLimits:
     thrust_high_m_s2: float
     tilt_tangent: float
     jerk_m_s3: float
+
+    def shrunk(self, authority: float) -> DemandLimits:
+        """The limits with a share of the room around level hover thrust: 1 is all of it, 0 none."""
+        low, high = self.thrust_low_m_s2, self.thrust_high_m_s2
+        return replace(
+            self,
+            tilt_tangent=authority * self.tilt_tangent,
+            thrust_low_m_s2=GRAVITY_M_S2 + authority * (low - GRAVITY_M_S2),
+            thrust_high_m_s2=GRAVITY_M_S2 + authority * (high - GRAVITY_M_S2),
+        )
 
 
 class Demand(NamedTuple):

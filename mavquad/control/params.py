@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, PlainSerializer, model_validator
 
-from mavquad.control.defaults import CHAIN_LENGTHS, DEPTHS, Measurements, defaults
+from mavquad.control.defaults import CHAIN_LENGTHS, DEPTHS, Autopilot, Defaults, Measurements, defaults
 from mavquad.control.gains import Polynomial, chain_gains
 from mavquad.schema import Section
 from mavquad.types import Depth
@@ -20,6 +20,7 @@ _AUTO = (
 Bandwidth = Annotated[Annotated[float, Field(gt=0.05, le=50.0)] | None, *_AUTO]
 Kappa = Annotated[Annotated[float, Field(gt=0.1, le=500.0)] | None, *_AUTO]
 Seconds = Annotated[Annotated[float, Field(ge=0.0, le=0.5)] | None, *_AUTO]
+Friction = Annotated[Annotated[float, Field(ge=0.0, le=5.0)] | None, *_AUTO]
 Spread = Annotated[Annotated[float, Field(ge=1.0, le=4.0)] | None, *_AUTO]
 
 
@@ -67,6 +68,9 @@ class LawParams(Section):
     depth: Literal["auto", "torque", "rate", "attitude"] = "auto"
     """Which input the law commands: angular accelerations (chains of length 4, the paper), body rates (3) or attitude
     (2), each with thrust. "auto": torque where the firmware takes it (PX4 up to 1.13), else rate."""
+    autopilot: Literal["auto", "px4", "arducopter"] = "auto"
+    """Whose measured gains, inner loops and friction "auto" stands for below. "auto": the vehicle's that is met; before one
+    is met, PX4's."""
     measurements: Literal["auto", "position_yaw", "position_attitude", "full"] = "auto"
     """What the observer is corrected by: position and yaw (the paper); roll and pitch besides; velocity and body rates
     besides. "auto": full, at every depth."""
@@ -99,11 +103,11 @@ class LawParams(Section):
     thrust's: 0 takes it for constant, and what varies (gusts, drag that is not known) costs accuracy; 2 takes more noise."""
     yaw_padding: int = Field(default=0, ge=0, le=2)
     """Integrators before the yaw input: 0, or as many as make its chain as long as the others', as the paper has it."""
-    friction_1_s: float = Field(default=1.0, ge=0.0, le=5.0)
-    """The paper's a_x = a_y = a_z as far as known, 1/s; here PX4 SIH's. 0 leaves it to sigma, as the paper does."""
-    angular_friction_1_s: float = Field(default=0.9, ge=0.0, le=5.0)
+    friction_1_s: Friction = None
+    """The paper's a_x = a_y = a_z as far as known, 1/s. 0 leaves it to sigma, as the paper does."""
+    angular_friction_1_s: Friction = None
     """The paper's a_psi = a_theta = a_phi likewise, 1/s. Depth torque."""
-    delay_s: float = Field(default=0.025, ge=0.0, le=0.3)
+    delay_s: Annotated[Annotated[float, Field(ge=0.0, le=0.3)] | None, *_AUTO] = None
     """From the stamp of a measurement until the command that was computed from it arrives at the autopilot, s."""
     dead_time_s: Seconds = None
     """From there until roll and pitch begin to answer, s."""
@@ -127,6 +131,26 @@ class LawParams(Section):
         """The depths that this configuration may fly at."""
         return DEPTHS if self.depth == "auto" else (self.depth,)
 
+    def of(self, autopilot: Autopilot) -> LawParams:
+        """For the vehicle that was met."""
+        return self if self.autopilot != "auto" else self.model_copy(update={"autopilot": autopilot})
+
+    def own(self, depth: Depth) -> Defaults:
+        """What "auto" stands for at a depth."""
+        return defaults("px4" if self.autopilot == "auto" else self.autopilot, depth, self.measured())
+
+    def delay(self) -> float:
+        """`delay_s`, "auto" resolved; s. It is the same at every depth."""
+        own = self.own(self.depths[-1]).delay_s
+        return own if self.delay_s is None else self.delay_s
+
+    def frictions(self) -> tuple[float, float]:
+        """`friction_1_s` and `angular_friction_1_s`, "auto" resolved."""
+        own = self.own(self.depths[0])
+        a = own.friction_1_s if self.friction_1_s is None else self.friction_1_s
+        b = own.angular_friction_1_s if self.angular_friction_1_s is None else self.angular_friction_1_s
+        return a, b
+
     def measured(self) -> Measurements:
         """The measurement set, "auto" resolved."""
         return "full" if self.measurements == "auto" else self.measurements
@@ -148,7 +172,7 @@ class LawParams(Section):
         return self
 
     def _check_observer(self, depth: Depth) -> None:
-        known = defaults(depth, self.measured())
+        known = self.own(depth)
         omega0 = self.omega0_rad_s or known.omega0_rad_s
         if self.kappa_rad_s is not None and self.kappa_rad_s <= omega0:
             raise ValueError(

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
-from mavquad.control.defaults import CHAIN_LENGTHS, YAW_LENGTHS, Defaults, defaults
+from mavquad.control.defaults import CHAIN_LENGTHS, YAW_LENGTHS, Defaults
 from mavquad.control.gains import chain_gains
 from mavquad.control.limits import DemandLimits, ratios
 from mavquad.control.model import GRAVITY_M_S2
@@ -64,7 +64,7 @@ class Tuning:
 @lru_cache(maxsize=64)
 def tuning(params: LawParams, depth: Depth) -> Tuning:
     """The numbers behind a configuration at a depth."""
-    own = defaults(depth, params.measured())
+    own = params.own(depth)
     length, limits = CHAIN_LENGTHS[depth], params.limits
     yaw_rate, yaw_acceleration = map(math.radians, (limits.yaw_rate_max_deg_s, limits.yaw_acceleration_max_deg_s2))
     levels = params.saturation
@@ -83,9 +83,9 @@ def tuning(params: LawParams, depth: Depth) -> Tuning:
             levels.padded_yaw if params.yaw_padding else yaw_most,
             {4: levels.roll_pitch_rad_s2, 3: levels.roll_pitch_rad_s, 2: math.inf}[length],
         ),
-        friction_1_s=params.friction_1_s,
-        angular_friction_1_s=params.angular_friction_1_s,
-        delay_us=round(params.delay_s * 1e6),
+        friction_1_s=_given(params.friction_1_s, own.friction_1_s),
+        angular_friction_1_s=_given(params.angular_friction_1_s, own.angular_friction_1_s),
+        delay_us=round(_given(params.delay_s, own.delay_s) * 1e6),
         limits=DemandLimits(
             speed_m_s=limits.approach_speed_max_m_s,
             climb_m_s=limits.climb_speed_max_m_s,

@@ -37,17 +37,13 @@ class Witness:
         elif number == mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED:
             taken = self._pose.take_position(decode(record.frame), record.stamp_us)
         if taken is not None and not isinstance(taken, Tripped):
-            self.flown.inputs.append(FlownMeasurement(taken, _law_of(self._agent).in_control))
+            self.flown.inputs.append(FlownMeasurement(taken, self._agent.law.in_control))
         for row in self._agent.take_trace():
             self._step(row)
 
     def _step(self, row: Any) -> None:
-        law = _law_of(self._agent)
+        law = self._agent.law
         self._pose.may_restart = False
         if not self.flown.hover_thrust_norm:
             self.flown.hover_thrust_norm = self._agent.status().hover_thrust_norm
-        self.flown.inputs.append(FlownStep(row, law.in_control, law._reference(row.vehicle_stamp_us)))
-
-
-def _law_of(agent: Agent) -> Any:
-    return agent._captain._law
+        self.flown.inputs.append(FlownStep(row, law.in_control, law.reference(row.vehicle_stamp_us)))

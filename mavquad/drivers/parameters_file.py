@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Protocol
 
 from mavquad.drivers.run_folder import write_whole
 from mavquad.errors import ConfigError, RunFolderError
-from mavquad.protocol.param_record import ChangedParameters, ParamRecord, autopilot_name
+from mavquad.protocol.param_record import ChangedParameters
 from mavquad.schema import parse_section
 
 NAME = "parameters.json"
@@ -23,29 +22,12 @@ class Folder(Protocol):
         """Write a file so that it appears whole or not at all."""
 
 
-def write_parameters(
-    folder: Folder, target: tuple[int, int], autopilot: int, records: Sequence[ParamRecord], restored: bool = False
-) -> None:
-    """Keep what is about to be changed; or, `restored`, that it was put back. Whole or not at all.
-
-    Args:
-        folder: of the run.
-        target: (system id, component id) of the vehicle.
-        autopilot: MAV_AUTOPILOT of its HEARTBEAT.
-        records: what is changed.
-        restored: whether it was put back, and read back.
+def write_parameters(folder: Folder, changed: ChangedParameters) -> None:
+    """Keep what is about to be changed, or that it was put back; whole or not at all.
 
     Raises:
         RunFolderError: it cannot be written; nothing may be changed then.
     """
-    system_id, component_id = target
-    changed = ChangedParameters(
-        system_id=system_id,
-        component_id=component_id,
-        autopilot=autopilot_name(autopilot),
-        parameters=tuple(records),
-        restored=restored,
-    )
     folder.write_whole(NAME, _text(changed))
 
 

@@ -8,15 +8,20 @@ from typing import Literal
 from mavquad.schema import Section
 
 Reaction = Literal["hold", "land", "return", "pilot"]
-"""What the autopilot is asked for when a guard has tripped: to hold where it is, to land there, to return and land, or to
-fly as the pilot's sticks say (position control)."""
+"""What follows when a guard trips: the autopilot holds and is left so; it holds, then lands; it comes back and lands; or it
+is left in the mode of the pilot's sticks."""
+
+HOLD: Reaction = "hold"
+LAND: Reaction = "land"
+RETURN: Reaction = "return"
+PILOT: Reaction = "pilot"
 
 
 class GuardSection(Section):
     """A guard's table: its limits, and its reaction."""
 
-    reaction: Reaction = "hold"
-    """hold, land, return, or pilot: the pilot's sticks."""
+    reaction: Reaction = LAND
+    """hold: stay there; land; return: come back and land; pilot: the mode of the pilot's sticks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +30,7 @@ class Tripped:
 
     name: str
     words: str
-    reaction: Reaction = "hold"
+    reaction: Reaction = LAND
 
 
 class Lasting:

@@ -6,6 +6,11 @@ import math
 
 from pydantic import Field
 
+from mavquad.flight.guard_types import HOLD as HOLD
+from mavquad.flight.guard_types import LAND as LAND
+from mavquad.flight.guard_types import PILOT as PILOT
+from mavquad.flight.guard_types import RETURN as RETURN
+from mavquad.flight.guard_types import Reaction as Reaction
 from mavquad.flight.guard_types import Tripped as Tripped
 from mavquad.schema import Section
 from mavquad.types import Attitude, Position
@@ -14,8 +19,15 @@ from mavquad.types import Attitude, Position
 class GuardParams(Section):
     """Limits beyond which the law's control ends and the vehicle is handed back to the autopilot."""
 
-    stale_pose_s: float = Field(default=0.2, ge=0.02, le=1.0)
-    """A position or attitude older than this. Busy computers stall for 0.1 s and more; meanwhile the last torque acts."""
+    stale_attitude_s: float = Field(default=0.2, ge=0.02, le=1.0)
+    """An attitude older than this; at depths rate and attitude, whose inner loops keep the vehicle upright meanwhile."""
+    stale_attitude_at_torque_s: float = Field(default=0.05, ge=0.02, le=1.0)
+    """The same at depth torque, where nothing does: PX4 holds the last torque, and tumbles with it within a second."""
+    late_position_s: float = Field(default=0.1, ge=0.02, le=2.0)
+    """A position older than this: the law flies on its prediction, with a share of its thrust and tilt that shrinks to
+    nothing at `stale_position_s`."""
+    stale_position_s: float = Field(default=0.5, ge=0.02, le=2.0)
+    """A position older than this."""
     tilt_deg: float = Field(default=65.0, gt=5.0, le=85.0)
     """Angle between the vehicle's vertical axis and the true vertical."""
     radius_m: float = Field(default=20.0, gt=0.5)
@@ -61,9 +73,9 @@ def check(
     return None
 
 
-def stale(name: str, age_s: float, params: GuardParams) -> Tripped:
+def stale(name: str, age_s: float, limit_s: float) -> Tripped:
     """The pose stream stopped."""
-    return Tripped("stale pose", f"no {name} for {age_s:.2f} s, {params.stale_pose_s:g} s allowed")
+    return Tripped("stale pose", f"no {name} for {age_s:.2f} s, {limit_s:g} s allowed")
 
 
 def not_a_number(name: str) -> Tripped:

@@ -14,7 +14,7 @@ from mavquad.flight.guards import tilt_rad
 from mavquad.flight.mission import Mission, MissionParams
 from mavquad.flight_record import TraceRow
 from mavquad.frames import euler_flipped
-from mavquad.protocol.firmware import px4
+from mavquad.protocol.firmware import setpoints
 from mavquad.protocol.streams import StreamParams
 from mavquad.types import Attitude, Depth, LawCommand, Position, ReferencePoint, Vec3, Vec4
 
@@ -54,16 +54,16 @@ class LawFlight:
         self._origin: Pose | None = None
         self._mission: Mission | None = None
         self.in_control = False
-        self.choose(law.depths[0])
+        self.choose(law, law.depths[0])
 
     @property
     def origin_nwu_m(self) -> Vec3:
         """Where the law took over."""
         return self._origin.position_nwu_m if self._origin else (0.0, 0.0, 0.0)
 
-    def choose(self, depth: Depth) -> None:
-        """What the law will command."""
-        self.depth = depth
+    def choose(self, law: LawParams, depth: Depth) -> None:
+        """The law as it is for the vehicle that was met, and what it will command."""
+        self._law, self.depth = law, depth
         measured = tuning(self._law, depth).horizontal.row(ACCELERATION) > 0
         self.steps_on_attitude = measured and self._streams.attitude_hz >= self._streams.position_hz
 
@@ -90,16 +90,25 @@ class LawFlight:
         """Time since the mission began, and its length; zeros before."""
         return (self._mission.elapsed_s(stamp_us), self._mission.duration_s) if self._mission else (0.0, 0.0)
 
-    def step(self, position: Position, attitude: Attitude, now_us: int, phase: str) -> TraceRow:
-        """One step on what was measured so far. The row's `controls` are what must be sent now."""
+    def step(self, position: Position, attitude: Attitude, now_us: int, phase: str, authority: float = 1.0) -> TraceRow:
+        """One step on what was measured so far. The row's `controls` are what must be sent now.
+
+        Args:
+            position: the latest.
+            attitude: the latest.
+            now_us: when.
+            phase: for the row.
+            authority: see `Controller.command`.
+        """
         if self._controller is None or not self.in_control:
             self._begin(position, attitude)
         assert self._controller is not None
-        command = self._controller.command(self._reference)
+        command = self._controller.command(self.reference, authority)
         assert self._controller.trace is not None
         return self._row(command, self._controller.trace, now_us, phase)
 
-    def _reference(self, stamp_us: int) -> ReferencePoint:
+    def reference(self, stamp_us: int) -> ReferencePoint:
+        """What is flown to, at a moment of the vehicle's clock; the law must have taken over."""
         assert self._origin is not None
         return self._mission.reference(stamp_us) if self._mission else hold(self._origin)
 
@@ -112,14 +121,14 @@ class LawFlight:
 
     def controls(self, command: LawCommand) -> Vec4:
         """A command of the law in the wire's units."""
-        return px4.controls(command, self._airframe.torque_scale_frd_rad_s2, self._hover.norm, GRAVITY_M_S2)
+        return setpoints.controls(command, self._airframe.torque_scale_frd_rad_s2, self._hover.norm, GRAVITY_M_S2)
 
     def safe_controls(self, attitude: Attitude | None) -> Vec4:
         """No rotation, hover thrust: what is held while a hand-back takes effect."""
         yaw_ned_rad = 0.0
         if attitude is not None:
             _, _, yaw_ned_rad = euler_flipped(attitude.roll_rad, attitude.pitch_rad, attitude.yaw_rad)
-        return px4.safe_controls(self.depth, self._hover.norm, yaw_ned_rad)
+        return setpoints.safe_controls(self.depth, self._hover.norm, yaw_ned_rad)
 
     def _row(self, command: LawCommand, trace: Trace, now_us: int, phase: str) -> TraceRow:
         return TraceRow(

@@ -1,6 +1,7 @@
 """The flight as a transition table: what affects a transition lives in it.
 
-    CONNECTING -> IDENTIFYING -> WAITING -> ARMING -> TAKING_OFF -> ENGAGING -> FLYING -> HANDING_BACK -> LANDING -> DONE
+    CONNECTING -> IDENTIFYING -> PREPARING -> WAITING -> ARMING -> TAKING_OFF -> ENGAGING -> FLYING -> HANDING_BACK
+               -> LANDING -> RESTORING -> DONE
 
 A pair (phase, event) that stands in the table moves to the phase beside it; every other pair stays where it is.
 What the agent does on entering a phase is its own business; the table knows neither time nor messages.
@@ -16,6 +17,7 @@ class Phase(Enum):
 
     CONNECTING = "connecting"
     IDENTIFYING = "identifying"
+    PREPARING = "preparing"
     WAITING = "waiting"
     ARMING = "arming"
     TAKING_OFF = "taking off"
@@ -24,6 +26,7 @@ class Phase(Enum):
     HANDING_BACK = "handing back"
     LANDING = "landing"
     DISARMING = "disarming"
+    RESTORING = "restoring"
     DONE = "done"
 
 
@@ -32,12 +35,14 @@ class Event(Enum):
 
     FOUND = "vehicle found"
     IDENTIFIED = "version, parameters and streams are known"
+    PREPARED = "its parameters are as wanted"
     READY = "ready to arm"
     ARMED = "armed"
     AIRBORNE = "hovering at the takeoff altitude"
     ENGAGED = "HEARTBEAT shows the offboard mode"
     MISSION_OVER = "the mission is over"
     RELEASED = "HEARTBEAT shows a mode of the autopilot's own"
+    LEFT = "HEARTBEAT shows the mode that it is left in"
     LANDED = "on the ground, still armed"
     DISARMED = "disarmed"
     REFUSED = "the vehicle refused"
@@ -45,21 +50,30 @@ class Event(Enum):
     GUARD = "a guard tripped"
     TAKEN_OVER = "a mode that we did not ask for"
     LOST = "the vehicle is silent"
+    RESTORED = "its parameters are as they were"
     STOP = "the operator stops"
 
 
 # Taken over, lost: nothing is sent any more, in whatever phase.
 _ALWAYS = {Event.TAKEN_OVER: Phase.DONE, Event.LOST: Phase.DONE}
 _BEFORE_ARMING = {**_ALWAYS, Event.REFUSED: Phase.DONE, Event.TIMEOUT: Phase.DONE, Event.STOP: Phase.DONE}
+# From here on there may be parameters to put back.
+_ON_GROUND = {
+    **_ALWAYS,
+    Event.REFUSED: Phase.RESTORING,
+    Event.TIMEOUT: Phase.RESTORING,
+    Event.STOP: Phase.RESTORING,
+}
 
 TRANSITIONS: dict[Phase, dict[Event, Phase]] = {
     Phase.CONNECTING: {**_BEFORE_ARMING, Event.FOUND: Phase.IDENTIFYING},
-    Phase.IDENTIFYING: {**_BEFORE_ARMING, Event.IDENTIFIED: Phase.WAITING},
-    Phase.WAITING: {**_BEFORE_ARMING, Event.READY: Phase.ARMING},
+    Phase.IDENTIFYING: {**_BEFORE_ARMING, Event.IDENTIFIED: Phase.PREPARING},
+    Phase.PREPARING: {**_ON_GROUND, Event.PREPARED: Phase.WAITING},
+    Phase.WAITING: {**_ON_GROUND, Event.READY: Phase.ARMING},
     Phase.ARMING: {
         **_ALWAYS,
         Event.ARMED: Phase.TAKING_OFF,
-        Event.REFUSED: Phase.DONE,
+        Event.REFUSED: Phase.RESTORING,
         # It may have armed without our hearing of it.
         Event.TIMEOUT: Phase.DISARMING,
         Event.STOP: Phase.DISARMING,
@@ -70,7 +84,7 @@ TRANSITIONS: dict[Phase, dict[Event, Phase]] = {
         Event.REFUSED: Phase.DISARMING,
         Event.TIMEOUT: Phase.LANDING,
         Event.STOP: Phase.LANDING,
-        Event.DISARMED: Phase.DONE,
+        Event.DISARMED: Phase.RESTORING,
     },
     Phase.ENGAGING: {
         **_ALWAYS,
@@ -80,36 +94,38 @@ TRANSITIONS: dict[Phase, dict[Event, Phase]] = {
         Event.TIMEOUT: Phase.HANDING_BACK,
         Event.GUARD: Phase.HANDING_BACK,
         Event.STOP: Phase.HANDING_BACK,
-        Event.DISARMED: Phase.DONE,
+        Event.DISARMED: Phase.RESTORING,
     },
     Phase.FLYING: {
         **_ALWAYS,
         Event.MISSION_OVER: Phase.HANDING_BACK,
         Event.GUARD: Phase.HANDING_BACK,
         Event.STOP: Phase.HANDING_BACK,
-        Event.DISARMED: Phase.DONE,
+        Event.DISARMED: Phase.RESTORING,
     },
     Phase.HANDING_BACK: {
         **_ALWAYS,
         Event.RELEASED: Phase.LANDING,
+        Event.LEFT: Phase.DONE,
         # No answer to the hold mode: try to land from where it is.
         Event.REFUSED: Phase.LANDING,
         Event.TIMEOUT: Phase.LANDING,
-        Event.DISARMED: Phase.DONE,
+        Event.DISARMED: Phase.RESTORING,
     },
     Phase.LANDING: {
         **_ALWAYS,
         # A refusal to land is asked again, until the limit.
-        Event.DISARMED: Phase.DONE,
+        Event.DISARMED: Phase.RESTORING,
         Event.LANDED: Phase.DISARMING,
         Event.TIMEOUT: Phase.DONE,
     },
     Phase.DISARMING: {
         **_ALWAYS,
-        Event.DISARMED: Phase.DONE,
-        Event.REFUSED: Phase.DONE,
-        Event.TIMEOUT: Phase.DONE,
+        Event.DISARMED: Phase.RESTORING,
+        Event.REFUSED: Phase.RESTORING,
+        Event.TIMEOUT: Phase.RESTORING,
     },
+    Phase.RESTORING: {**_ALWAYS, Event.RESTORED: Phase.DONE, Event.TIMEOUT: Phase.DONE},
     Phase.DONE: {},
 }
 

@@ -229,7 +229,8 @@ def _own(name: str, unit: str, order: int, limit: float, of: Callable[[Reference
 
 
 def _law_limits(law: LawParams) -> list[Quantity]:
-    limits, a, b = law.limits, law.friction_1_s, law.angular_friction_1_s
+    limits = law.limits
+    a, b = law.frictions()
 
     def thrust(point: ReferencePoint) -> tuple[float, float]:
         """Horizontal and vertical part of the thrust per mass, m/s^2."""

@@ -11,7 +11,7 @@ from mavquad.endpoint import NEVER_US, floor_to_grid_us, grid_us
 from mavquad.flight.guards import GuardParams, Tripped, not_a_number, stale
 from mavquad.protocol.codec import Message
 from mavquad.protocol.messages import attitude_from, position_from
-from mavquad.types import Attitude, Position
+from mavquad.types import Attitude, Depth, Position
 
 _LONG_AGO_US = -NEVER_US
 _DRIFT = 0.03
@@ -22,7 +22,7 @@ class _Stream:
     """When the last sample of one stream was taken, on our clock."""
 
     def __init__(self, limit_us: int) -> None:
-        self._limit_us = limit_us
+        self.limit_us = limit_us
         self._stamp_us = _LONG_AGO_US
         self._arrival_us = _LONG_AGO_US
         self._offset_us = NEVER_US
@@ -40,7 +40,7 @@ class _Stream:
         self._offset_us = min(now_us - stamp_us, drifted_us)
         self._stamp_us, self._arrival_us = stamp_us, now_us
         sampled_us = floor_to_grid_us(stamp_us + self._offset_us)
-        if now_us - sampled_us >= self._limit_us:
+        if now_us - sampled_us >= self.limit_us:
             return False
         self.sampled_us = sampled_us
         return True
@@ -57,14 +57,18 @@ class PoseIntake:
     """
 
     def __init__(self, params: GuardParams) -> None:
-        self._limit_us = grid_us(params.stale_pose_s)
         self._params = params
-        self._attitudes = _Stream(self._limit_us)
-        self._positions = _Stream(self._limit_us)
+        self._attitudes = _Stream(grid_us(params.stale_attitude_s))
+        self._positions = _Stream(grid_us(params.stale_position_s))
         self.attitude: Attitude | None = None
         self.position: Position | None = None
         self.old = 0
         self.may_restart = True
+
+    def choose(self, depth: Depth) -> None:
+        """The depth decides how old an attitude may be."""
+        limit_s = self._params.stale_attitude_at_torque_s if depth == "torque" else self._params.stale_attitude_s
+        self._attitudes.limit_us = grid_us(limit_s)
 
     def take_attitude(self, message: Message, now_us: int) -> Attitude | Tripped | None:
         """The attitude if it is a fresh measurement; the guard that it trips; None if it is old."""
@@ -89,12 +93,21 @@ class PoseIntake:
         return position
 
     def stale_deadline_us(self) -> int:
-        """When the older of the two streams becomes stale."""
-        return min(self._attitudes.sampled_us, self._positions.sampled_us) + self._limit_us
+        """When the first of the two streams becomes stale."""
+        attitudes, positions = self._attitudes, self._positions
+        return min(attitudes.sampled_us + attitudes.limit_us, positions.sampled_us + positions.limit_us)
+
+    def authority(self, now_us: int) -> float:
+        """1 while the position is fresh; from `late_position_s` on it shrinks, to 0 at `stale_position_s`."""
+        late_s, stale_s = self._params.late_position_s, self._params.stale_position_s
+        age_s = (now_us - self._positions.sampled_us) * 1e-6
+        if age_s <= late_s:
+            return 1.0
+        return max((stale_s - age_s) / (stale_s - late_s), 0.0) if stale_s > late_s else 0.0
 
     def stale(self, now_us: int) -> Tripped | None:
         """The guard that an old pose trips."""
         for name, stream in (("ATTITUDE", self._attitudes), ("LOCAL_POSITION_NED", self._positions)):
-            if now_us - stream.sampled_us >= self._limit_us:
-                return stale(name, min((now_us - stream.sampled_us) * 1e-6, 1e3), self._params)
+            if now_us - stream.sampled_us >= stream.limit_us:
+                return stale(name, min((now_us - stream.sampled_us) * 1e-6, 1e3), stream.limit_us * 1e-6)
         return None

@@ -5,20 +5,25 @@ from __future__ import annotations
 from mavquad.errors import FlightEnded, MavquadError, VehicleRefused, VehicleTimeout
 from mavquad.flight.guards import Tripped
 from mavquad.flight.machine import IN_FLIGHT, Phase
+from mavquad.flight.vehicle import Vehicle
 from mavquad.protocol.codec import mavlink
 from mavquad.protocol.command import CommandExchange
-from mavquad.protocol.firmware import px4
+from mavquad.protocol.firmware import Firmware, Mode, Version
+
+_RESTORE = "mavquad restore RUN puts back what this flight changed"
 
 _WAITING_FOR = {
     Phase.CONNECTING: ("HEARTBEAT of an autopilot", "is the vehicle on, and is this its address and port?"),
     Phase.IDENTIFYING: ("the vehicle's version and parameters", "is the link two-way?"),
+    Phase.PREPARING: ("its parameters as wanted", "is the link two-way? section [parameters] says what is changed"),
     Phase.WAITING: ("ready to arm", "the vehicle's own texts say what it waits for"),
     Phase.ARMING: ("the armed bit in HEARTBEAT", "the command was acknowledged, but the vehicle did not arm"),
     Phase.TAKING_OFF: ("hover at the takeoff altitude", "the vehicle was told to land"),
-    Phase.ENGAGING: ("mode OFFBOARD", "the vehicle was told to land; see its own texts"),
-    Phase.HANDING_BACK: ("mode AUTO.LOITER", "the vehicle was told to land"),
+    Phase.ENGAGING: ("mode {offboard}", "the vehicle was told to land; see its own texts"),
+    Phase.HANDING_BACK: ("mode {hold}", "the vehicle was told to land"),
     Phase.LANDING: ("touch-down and disarm", "watch the vehicle: it may still be in the air"),
     Phase.DISARMING: ("disarm", "the motors may still run"),
+    Phase.RESTORING: ("its parameters as they were", _RESTORE),
 }
 
 RC_LOSS_IN_OFFBOARD_ALLOWED = 4
@@ -26,7 +31,7 @@ _NO_TRANSMITTER = "PX4 without a transmitter needs COM_RCL_EXCEPT = 4; the vehic
 _REFUSED_HINTS = {
     mavlink.MAV_CMD_COMPONENT_ARM_DISARM: "resolve what the vehicle says, then fly again",
     mavlink.MAV_CMD_NAV_TAKEOFF: "the vehicle was disarmed again",
-    mavlink.MAV_CMD_DO_SET_MODE: _NO_TRANSMITTER,
+    mavlink.MAV_CMD_DO_SET_MODE: "the vehicle was told to land; PX4 without a transmitter needs COM_RCL_EXCEPT = 4",
 }
 
 
@@ -34,18 +39,34 @@ def _quoted(said: str) -> str:
     return f'; the vehicle says: "{said}"' if said else ""
 
 
-def no_torque(what: str) -> VehicleRefused:
-    """The autopilot takes no torque over MAVLink; `what` it is, in words."""
+def no_torque(firmware: Firmware, version: Version) -> VehicleRefused:
+    """The autopilot takes no torque over MAVLink."""
+    what = f"{firmware.name} {'.'.join(map(str, version))} ignores torque setpoints silently"
     hint = "only PX4 up to 1.13 takes torque over MAVLink (SET_ACTUATOR_CONTROL_TARGET); --depth rate flies the others"
     return VehicleRefused("flight at depth torque", what, hint=hint)
 
 
-def not_px4(autopilot: int) -> VehicleRefused:
-    """The autopilot is another one (MAV_AUTOPILOT)."""
-    entry = mavlink.enums["MAV_AUTOPILOT"].get(autopilot)
-    name = entry.name.removeprefix("MAV_AUTOPILOT_") if entry else f"number {autopilot}"
-    hint = "mavquad flies PX4: torque up to 1.13, body rates or attitude from there on"
-    return VehicleRefused("flight of a PX4", f"the autopilot is {name}", hint=hint)
+def not_flown(autopilot: int, vehicle_type: int) -> VehicleRefused:
+    """The autopilot, or what it flies, is another one (MAV_AUTOPILOT, MAV_TYPE)."""
+    words = f"the autopilot is {_enum('MAV_AUTOPILOT', autopilot)}, the vehicle {_enum('MAV_TYPE', vehicle_type)}"
+    hint = "mavquad flies multicopters of PX4 and of ArduPilot (ArduCopter)"
+    return VehicleRefused("flight of this vehicle", words, hint=hint)
+
+
+def _enum(name: str, value: int) -> str:
+    entry = mavlink.enums[name].get(value)
+    return entry.name.removeprefix(f"{name}_") if entry else f"number {value}"
+
+
+def parameters_refused(failed: str) -> VehicleRefused:
+    """Its parameters cannot be what the flight wants."""
+    hint = "section [parameters] says what is changed; nothing was flown, and what was changed is put back"
+    return VehicleRefused("its parameters as wanted", failed, hint=hint)
+
+
+def parameters_left(failed: str) -> VehicleRefused:
+    """The flight is over, and its parameters are not what they were."""
+    return VehicleRefused("its parameters as they were", failed, hint=_RESTORE)
 
 
 def armed_already(mode_name: str) -> VehicleRefused:
@@ -54,7 +75,7 @@ def armed_already(mode_name: str) -> VehicleRefused:
     return VehicleRefused("a flight from the ground", f"the vehicle is armed already, mode {mode_name}", hint=hint)
 
 
-def taken_over(mode: px4.Mode, phase: Phase, said: str) -> FlightEnded:
+def taken_over(mode: Mode, phase: Phase, said: str) -> FlightEnded:
     """HEARTBEAT shows a mode that we did not ask for."""
     return FlightEnded(
         f"the pilot or a failsafe took over: mode {mode.name} while {phase.value}{_quoted(said)}",
@@ -97,22 +118,22 @@ def unanswered(exchange: CommandExchange, said: str, now_us: int) -> VehicleTime
 
 
 def not_engaged(
-    exchange: CommandExchange, mode_name: str, rc_loss_exceptions: float | None, said: str
+    exchange: CommandExchange, vehicle: Vehicle, rc_loss_exceptions: float | None, said: str
 ) -> VehicleRefused:
     """HEARTBEAT never showed the offboard mode, whatever the ACK said.
 
     Args:
         exchange: the mode change.
-        mode_name: the mode that HEARTBEAT shows.
+        vehicle: as it shows itself.
         rc_loss_exceptions: PX4's COM_RCL_EXCEPT; bit 2 lets it fly OFFBOARD without a transmitter. None: unknown.
         said: the vehicle's texts.
     """
     result = f"acknowledged {exchange.result}" if exchange.result else "no ACK"
-    words = f"{result}, but HEARTBEAT stays in {mode_name or 'no mode'}"
+    words = f"{result}, but HEARTBEAT stays in {vehicle.mode_name or 'no mode'}"
     hint = _WAITING_FOR[Phase.ENGAGING][1]
     if rc_loss_exceptions is not None and not int(rc_loss_exceptions) & RC_LOSS_IN_OFFBOARD_ALLOWED:
         hint = f"COM_RCL_EXCEPT is {rc_loss_exceptions:g}: {_NO_TRANSMITTER}"
-    return VehicleRefused("mode OFFBOARD", words, said, hint)
+    return VehicleRefused(f"mode {vehicle.firmware.offboard.name}", words, said, hint)
 
 
 def too_high_or_low(fault: str) -> FlightEnded:
@@ -120,7 +141,8 @@ def too_high_or_low(fault: str) -> FlightEnded:
     return FlightEnded(f"the law does not take over: {fault}", "change the mission, the guard, or the takeoff's height")
 
 
-def too_long(phase: Phase, details: str, tries: int, waited_s: float, said: str) -> VehicleTimeout:
+def too_long(phase: Phase, firmware: Firmware, details: str, tries: int, waited_s: float, said: str) -> VehicleTimeout:
     """A phase took longer than its limit."""
     words, hint = _WAITING_FOR.get(phase, (phase.value, ""))
+    words = words.format(offboard=firmware.offboard.name, hold=firmware.hold.name)
     return VehicleTimeout(f"{words}: {details}" if details else words, tries, waited_s, said, hint)

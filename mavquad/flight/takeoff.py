@@ -13,7 +13,6 @@ from mavquad.types import Attitude, Position
 
 HOVER_SPEED_M_S = 0.8
 LIFTED_M = 0.5
-HIGH_SHARE = 0.5
 PATIENCE = 3
 
 
@@ -21,7 +20,8 @@ class TakeoffWatch:
     """Watches a takeoff; `hover` learns while the vehicle is steady.
 
     Attributes:
-        altitude_m: height that the autopilot climbs to (PX4's MIS_TAKEOFF_ALT); 0 while unknown.
+        altitude_m: height that the autopilot climbs to; 0 while unknown.
+        high_share: the share of it above which a steady hover is the takeoff's end.
     """
 
     def __init__(self, hover: HoverThrust, settle_s: float, floor_m: float) -> None:
@@ -30,10 +30,11 @@ class TakeoffWatch:
         self._least_height_m = max(floor_m, LIFTED_M)
         self._steady_since_us = NEVER_US
         self.altitude_m = 0.0
+        self.high_share = 0.5
 
     def is_high(self, height_m: float) -> bool:
         """Whether a hold at this height can be the takeoff's end; the estimate of a real vehicle drifts by a metre."""
-        return height_m > max(self._least_height_m, HIGH_SHARE * self.altitude_m)
+        return height_m > max(self._least_height_m, self.high_share * self.altitude_m)
 
     @property
     def lacks_thrust(self) -> bool:

@@ -6,10 +6,11 @@ from collections import deque
 
 from mavquad.endpoint import NEVER_US
 from mavquad.protocol.codec import Message, mavlink
-from mavquad.protocol.firmware import px4
+from mavquad.protocol.firmware import PX4, Firmware, Mode
 from mavquad.protocol.streams import StreamMonitor
 
 PREARM_OK = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK
+RC_RECEIVER = 0x10000  # MAV_SYS_STATUS_SENSOR_RC_RECEIVER
 TEXTS_KEPT = 3
 TEXT_MATTERS_US = 3_000_000
 
@@ -18,18 +19,24 @@ class Vehicle:
     """The last word of the vehicle on each thing.
 
     Attributes:
+        firmware: what flies it; PX4 until it is known.
         mode: from HEARTBEAT, None before the first.
         armed: from HEARTBEAT.
+        reported: whether a SYS_STATUS has been heard.
         prearm_ok: whether its own pre-arm checks pass (SYS_STATUS).
+        transmitter: whether a transmitter is heard (SYS_STATUS).
         on_ground_since_us: since when EXTENDED_SYS_STATE has shown it on the ground; NEVER_US while it does not.
         round_trip_us: of the last TIMESYNC that it answered; None before.
         streams: arrivals of the pose messages.
     """
 
     def __init__(self) -> None:
-        self.mode: px4.Mode | None = None
+        self.firmware: Firmware = PX4
+        self.mode: Mode | None = None
         self.armed = False
+        self.reported = False
         self.prearm_ok = False
+        self.transmitter = False
         self.on_ground_since_us = NEVER_US
         self.round_trip_us: int | None = None
         self.streams = {"ATTITUDE": StreamMonitor(), "LOCAL_POSITION_NED": StreamMonitor()}
@@ -45,16 +52,19 @@ class Vehicle:
         """Name of the mode, "" before the first HEARTBEAT."""
         return self.mode.name if self.mode else ""
 
-    def take_heartbeat(self, message: Message) -> px4.Mode | None:
+    def take_heartbeat(self, message: Message) -> Mode | None:
         """Take in a HEARTBEAT; returns the mode if it is another one than before."""
         before = self.mode
-        self.mode = px4.mode_from_custom(message.custom_mode)
+        self.mode = self.firmware.mode(message.custom_mode)
         self.armed = bool(message.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
         return self.mode if self.mode != before else None
 
     def take_sys_status(self, message: Message) -> None:
         """Take in a SYS_STATUS."""
-        self.prearm_ok = bool(message.onboard_control_sensors_health & PREARM_OK)
+        self.reported = True
+        health = message.onboard_control_sensors_health
+        self.prearm_ok = bool(health & PREARM_OK)
+        self.transmitter = bool(health & RC_RECEIVER)
 
     def take_extended_state(self, message: Message, now_us: int) -> None:
         """Take in an EXTENDED_SYS_STATE."""

@@ -12,7 +12,7 @@ from enum import Enum, auto
 
 from mavquad.endpoint import NEVER_US
 from mavquad.protocol.codec import Message, mavlink
-from mavquad.protocol.firmware.px4 import Mode
+from mavquad.protocol.firmware import PX4, Firmware, Mode
 
 NAN = float("nan")
 RETRY_US = 300_000
@@ -43,19 +43,24 @@ def disarm() -> Command:
     return Command("disarm", mavlink.MAV_CMD_COMPONENT_ARM_DISARM, (0.0,))
 
 
-def takeoff(altitude_amsl_m: float) -> Command:
-    """MAV_CMD_NAV_TAKEOFF (22) here; PX4 takes the altitude above mean sea level, NaN for its own."""
-    return Command("take off", mavlink.MAV_CMD_NAV_TAKEOFF, (NAN, 0.0, 0.0, NAN, NAN, NAN, altitude_amsl_m))
+def takeoff(firmware: Firmware, height_m: float) -> Command:
+    """MAV_CMD_NAV_TAKEOFF (22) here. PX4 takes the altitude above mean sea level, and NaN for its own parameter's height;
+    ArduCopter takes the height above home."""
+    if firmware.takeoff_parameter:
+        return Command("take off", mavlink.MAV_CMD_NAV_TAKEOFF, (NAN, 0.0, 0.0, NAN, NAN, NAN, NAN))
+    return Command("take off", mavlink.MAV_CMD_NAV_TAKEOFF, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, height_m))
 
 
-def land() -> Command:
-    """MAV_CMD_NAV_LAND (21) here."""
-    return Command("land", mavlink.MAV_CMD_NAV_LAND, (0.0, 0.0, 0.0, NAN, NAN, NAN, NAN))
+def land(firmware: Firmware) -> Command:
+    """Land here: MAV_CMD_NAV_LAND (21), whose place PX4 takes for here where it is NaN; ArduCopter's mode."""
+    if firmware is PX4:
+        return Command("land", mavlink.MAV_CMD_NAV_LAND, (0.0, 0.0, 0.0, NAN, NAN, NAN, NAN))
+    return set_mode(firmware.land)
 
 
 def set_mode(mode: Mode) -> Command:
-    """MAV_CMD_DO_SET_MODE (176) with PX4's main and sub mode."""
-    return Command(f"mode {mode.name}", mavlink.MAV_CMD_DO_SET_MODE, (1.0, float(mode.main), float(mode.sub)))
+    """MAV_CMD_DO_SET_MODE (176)."""
+    return Command(f"mode {mode.name}", mavlink.MAV_CMD_DO_SET_MODE, (1.0, *mode.command))
 
 
 def set_interval(name: str, message_id: int, rate_hz: float) -> Command:

@@ -5,12 +5,15 @@ A stream that is refused, or not acknowledged, is no failure here: what really a
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from mavquad.protocol.codec import Message, mavlink
 from mavquad.protocol.command import Command, CommandExchange, Reply, request_message
+from mavquad.protocol.firmware import Firmware
+from mavquad.protocol.param_value import encoding_of
 from mavquad.protocol.params import ParamReader
 from mavquad.protocol.streams import StreamParams, requests
 
-PARAMETERS = ("MIS_TAKEOFF_ALT", "COM_RCL_EXCEPT", "MPC_THR_HOVER")
 VERSION_REQUESTS = 5
 UNKNOWN_VERSION = (0, 0, 0)
 
@@ -23,10 +26,13 @@ class Identification:
         parameters: values by name; a name that the vehicle does not know is missing.
     """
 
-    def __init__(self, streams: StreamParams) -> None:
+    def __init__(self, streams: StreamParams, firmware: Firmware, also: Iterable[str] = ()) -> None:
+        """Args: the streams to ask for, whom, and parameters that are read besides the firmware's own."""
         self._queue: list[Command] = requests(streams)
         self._exchange = CommandExchange()
-        self._reader = ParamReader()
+        own = (firmware.takeoff_parameter, firmware.hover_parameter, *firmware.parameters)
+        self._names = tuple(dict.fromkeys(name for name in (*own, *also) if name))
+        self._reader = ParamReader(encoding_of(firmware.autopilot))
         self._version_requests = 0
         self.version = UNKNOWN_VERSION
 
@@ -52,7 +58,7 @@ class Identification:
 
     def start(self, target: tuple[int, int], now_us: int) -> list[Message]:
         """Ask for the parameters and the version."""
-        return [*self._reader.request(PARAMETERS, target, now_us), self._request_version(target, now_us)]
+        return [*self._reader.request(self._names, target, now_us), self._request_version(target, now_us)]
 
     def on_deadline(self, target: tuple[int, int], now_us: int) -> list[Message]:
         """Repeat what went without an answer; give up on what did so too often."""

@@ -19,6 +19,7 @@ from mavquad.drivers.runner import Runner
 from mavquad.flight.guards import GuardParams
 from mavquad.flight.machine import Phase
 from mavquad.flight.mission import MissionParams
+from mavquad.flight.parameters import VehicleParameters
 from mavquad.flight_record import Note
 from mavquad.protocol.codec import Encoder, decode, mavlink
 from mavquad.protocol.firmware import px4
@@ -33,14 +34,15 @@ SPEED_M_S = 2.5
 
 ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
 REJECTED = mavlink.MAV_RESULT_TEMPORARILY_REJECTED
-POSCTL = px4.Mode(3)
+POSCTL = px4.mode(3)
 SETPOINT = "SET_ACTUATOR_CONTROL_TARGET"
 
 PARAMS = AgentParams(
     link=LinkParams(url="udpin:127.0.0.1:14540"),
     flight=FlightParams(settle_s=0.5),
-    guards=GuardParams(stale_pose_s=0.1),
+    guards=GuardParams(stale_attitude_s=0.1, stale_attitude_at_torque_s=0.1, late_position_s=0.1, stale_position_s=0.1),
     mission=MissionParams(name="hover", duration_s=2.5),
+    parameters=VehicleParameters(px4={}, arducopter={}),
 )
 PARAMETERS = {
     "MPC_THR_HOVER": (mavlink.MAV_PARAM_TYPE_REAL32, 0.45),
@@ -81,6 +83,7 @@ class ScriptedVehicle:
 
     answers: dict[str, Answer] = field(default_factory=dict)
     autopilot: int = mavlink.MAV_AUTOPILOT_PX4
+    kind: int = mavlink.MAV_TYPE_QUADROTOR
     version: tuple[int, int, int] = (1, 13, 3)
     muted: set[str] = field(default_factory=set)
     lost: Callable[[Any], bool] = lambda message: False
@@ -92,6 +95,7 @@ class ScriptedVehicle:
     mode: px4.Mode = px4.LOITER
     armed: bool = False
     prearm: bool = True
+    transmitter: bool = False
     thrust: float = 0.5
     height_m: float = 0.0
     east_m: float = 0.0
@@ -131,6 +135,13 @@ class ScriptedVehicle:
         if kind == "PARAM_REQUEST_READ" and message.param_id in self.parameters:
             type_, value = self.parameters[message.param_id]
             self.say(mavlink.MAVLink_param_value_message(message.param_id.encode(), value, type_, 700, 1))
+        elif kind == "PARAM_SET" and message.param_id in self.parameters:
+            self.parameters[message.param_id] = (message.param_type, message.param_value)
+            self.say(
+                mavlink.MAVLink_param_value_message(
+                    message.param_id.encode(), message.param_value, message.param_type, 700, 1
+                )
+            )
         elif kind == "COMMAND_LONG":
             self.command = message
             name = command_name(message)
@@ -179,9 +190,9 @@ class ScriptedVehicle:
         self.ticks += 1
         climb_m_s = self._move()
         if self.due(1000):
-            self.say(heartbeat(self.autopilot, mavlink.MAV_TYPE_QUADROTOR, self.mode, self.armed))
+            self.say(heartbeat(self.autopilot, self.kind, self.mode, self.armed))
         if self.due(500, at_ms=250):
-            health = 0x10000000 if self.prearm else 0
+            health = (0x10000000 if self.prearm else 0) | (0x10000 if self.transmitter else 0)
             self.say(mavlink.MAVLink_sys_status_message(health, health, health, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0))
         if self.due(200, at_ms=50):
             landed = mavlink.MAV_LANDED_STATE_IN_AIR if self.height_m > 0.0 else mavlink.MAV_LANDED_STATE_ON_GROUND
@@ -229,7 +240,7 @@ class ScriptedVehicle:
 def command_name(message: Any) -> str:
     """The name of a COMMAND_LONG in these tests."""
     if message.command == mavlink.MAV_CMD_DO_SET_MODE:
-        mode = px4.Mode(int(message.param2), int(message.param3))
+        mode = px4.mode(int(message.param2), int(message.param3))
         return {px4.OFFBOARD: "offboard", px4.LOITER: "loiter"}[mode]
     if message.command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM:
         return "arm" if message.param1 else "disarm"
@@ -257,7 +268,8 @@ class Sent:
 
 
 class Dialogue:
-    """The agent and its peer. `sent` is all that the agent sent, `record` both directions in order."""
+    """The agent and its peer. `sent` is all that the agent sent, `record` both directions in order, `keeps` whether what is
+    about to be changed is kept."""
 
     def __init__(self, vehicle: ScriptedVehicle | None = None, params: AgentParams = PARAMS) -> None:
         self.vehicle = vehicle or ScriptedVehicle()
@@ -267,6 +279,7 @@ class Dialogue:
         self.events: list[tuple[int, str, tuple[float, ...]]] = []
         self.now_us = START_US
         self.powered = True
+        self.keeps = True
         self._notes: list[Note] = []
         self._heard = 0
         self._runner = Runner(self.agent, START_US, self._on_sent, self)
@@ -299,6 +312,8 @@ class Dialogue:
         heard = len(self.sent)
         self.now_us += self.vehicle.tick_us
         self._runner.advance(self.now_us)
+        if self.agent.awaits_record and self.keeps:
+            self._runner.command("kept", self.agent.kept, self.now_us)
         if not self.powered:
             return
         for sent in self.sent[self._heard : heard]:
@@ -307,7 +322,7 @@ class Dialogue:
         for frame in self.vehicle.tick():
             self._runner.datagram(frame, self.now_us)
 
-    def run(self, until: Callable[[], bool] | Phase = Phase.DONE, limit_s: float = 120.0) -> Dialogue:
+    def run(self, until: Callable[[], bool] | Phase = Phase.DONE, limit_s: float = 150.0) -> Dialogue:
         """Step until the condition holds, or the phase is reached; it must be within `limit_s`."""
         end_us = self.now_us + round(limit_s * 1e6)
         while not (self.agent.phase is until if isinstance(until, Phase) else until()):

@@ -46,7 +46,7 @@ def test_a_whole_flight_in_its_order():
 def test_the_streams_and_parameters_are_asked_for_once_when_all_is_answered():
     dialogue = Dialogue().run(Phase.WAITING)
     asked = [sent.message.param_id for sent in dialogue.of("PARAM_REQUEST_READ")]
-    assert asked == ["MIS_TAKEOFF_ALT", "COM_RCL_EXCEPT", "MPC_THR_HOVER"]
+    assert asked == ["MIS_TAKEOFF_ALT", "MPC_THR_HOVER", "COM_RCL_EXCEPT"]
     intervals = {int(sent.message.param1): sent.message.param2 for sent in dialogue.of("interval")}
     assert intervals[mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED] == 10_000.0
     assert intervals[mavlink.MAVLINK_MSG_ID_ATTITUDE] == 10_000.0
@@ -98,12 +98,20 @@ def test_ground_stations_and_companions_are_no_vehicle():
     assert {sent.name for sent in dialogue.sent} == {"HEARTBEAT"}
 
 
-def test_ardupilot_is_refused_by_name():
-    dialogue = Dialogue(ScriptedVehicle(autopilot=mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA)).run()
+@pytest.mark.parametrize(
+    ("autopilot", "kind", "words"),
+    [
+        (mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_TYPE_FIXED_WING, "ARDUPILOTMEGA, the vehicle FIXED_WING"),
+        (mavlink.MAV_AUTOPILOT_PX4, mavlink.MAV_TYPE_GROUND_ROVER, "PX4, the vehicle GROUND_ROVER"),
+        (mavlink.MAV_AUTOPILOT_PPZ, mavlink.MAV_TYPE_QUADROTOR, "PPZ, the vehicle QUADROTOR"),
+    ],
+)
+def test_what_is_no_multicopter_of_px4_or_ardupilot_is_refused_by_name(autopilot, kind, words):
+    dialogue = Dialogue(ScriptedVehicle(autopilot=autopilot, kind=kind)).run()
     assert isinstance(dialogue.agent.error, VehicleRefused)
     assert dialogue.agent.error.exit_code == 3
-    assert "the autopilot is ARDUPILOTMEGA" in dialogue.agent.error.message
-    assert "mavquad flies PX4" in dialogue.agent.error.hint
+    assert f"the autopilot is {words}" in dialogue.agent.error.message
+    assert "PX4 and of ArduPilot" in dialogue.agent.error.hint
     assert nothing_flown(dialogue)
 
 
@@ -186,7 +194,7 @@ def test_a_vehicle_without_a_position_is_not_armed():
 def test_arming_refused_carries_the_result_and_the_reason():
     vehicle = ScriptedVehicle(answers={"arm": answer(DENIED, text="Arming denied: health")})
     dialogue = Dialogue(vehicle).run()
-    assert dialogue.phases[-2:] == ["arming", "done"]
+    assert dialogue.phases[-3:] == ["arming", "restoring", "done"]
     error = dialogue.agent.error
     assert isinstance(error, VehicleRefused)
     assert (error.exit_code, error.request, error.result) == (3, "arm", "DENIED")
@@ -206,7 +214,7 @@ def test_the_reason_may_come_behind_the_ack_as_px4_sends_it():
 
 def test_arming_acknowledged_but_never_done_is_taken_back():
     dialogue = Dialogue(ScriptedVehicle(answers={"arm": answer(ACCEPTED)})).run()
-    assert dialogue.phases[-3:] == ["arming", "disarming", "done"]
+    assert dialogue.phases[-4:] == ["arming", "disarming", "restoring", "done"]
     assert dialogue.names() == ["arm", "disarm"]
     assert isinstance(dialogue.agent.error, VehicleTimeout)
     assert dialogue.agent.error.exit_code == 3
@@ -223,7 +231,7 @@ def test_arming_is_repeated_until_it_is_answered():
 def test_disarming_is_repeated_until_it_is_answered_although_heartbeat_says_disarmed():
     """The heartbeat may be from before a late arming."""
     dialogue = Dialogue(ScriptedVehicle(answers={"arm": answer(ACCEPTED), "disarm": silent})).run()
-    assert dialogue.phases[-2:] == ["disarming", "done"]
+    assert dialogue.phases[-3:] == ["disarming", "restoring", "done"]
     assert len(dialogue.of("disarm")) > 10
 
 
@@ -231,7 +239,7 @@ def test_takeoff_refused_disarms():
     vehicle = ScriptedVehicle(answers={"takeoff": answer(DENIED, text="Takeoff denied")})
     dialogue = Dialogue(vehicle).run()
     assert dialogue.names() == ["arm", "takeoff", "disarm"]
-    assert dialogue.phases[-3:] == ["taking off", "disarming", "done"]
+    assert dialogue.phases[-4:] == ["taking off", "disarming", "restoring", "done"]
     error = dialogue.agent.error
     assert (error.exit_code, error.request, error.result, error.statustext) == (
         3,

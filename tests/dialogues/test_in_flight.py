@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import pytest
 
@@ -22,17 +23,21 @@ def flying(vehicle=None, seconds=0.3, params=PARAMS):
 
 
 def handed_back(dialogue, at):
-    """Mode change first, exactly one safe setpoint, then no setpoint; landed with exit code 4."""
+    """Mode change first, a safe setpoint at once and every 20 ms until HEARTBEAT shows the mode; landed with exit code 4."""
     after = [sent for sent in dialogue.sent[at:] if sent.name not in ("HEARTBEAT", "TIMESYNC")]
     assert [sent.name for sent in after[:2]] == ["loiter", SETPOINT]
     assert after[0].stamp_us == after[1].stamp_us
-    assert list(after[1].message.controls[:3]) == [0.0, 0.0, 0.0]
-    assert after[1].message.controls[3] == pytest.approx(dialogue.agent.status().hover_thrust_norm, abs=1e-6)
     dialogue.run()
     rest = [sent.name for sent in dialogue.sent[at:] if sent.name not in ("HEARTBEAT", "TIMESYNC")]
-    assert rest.count(SETPOINT) == dialogue.agent.status().safe_setpoints == 1
+    safe = [sent for sent in dialogue.sent[at:] if sent.name == SETPOINT]
+    assert all(list(sent.message.controls[:3]) == [0.0, 0.0, 0.0] for sent in safe)
+    hover = dialogue.agent.status().hover_thrust_norm
+    assert all(sent.message.controls[3] == pytest.approx(hover, abs=1e-6) for sent in safe)
+    assert len(safe) == dialogue.agent.status().safe_setpoints
+    assert all(later.stamp_us - sent.stamp_us == 20_000 for sent, later in pairwise(safe))
+    assert all(sent.phase is Phase.HANDING_BACK for sent in safe)
     assert [name for name in rest if name != SETPOINT] == ["loiter", "land"]
-    assert dialogue.phases[-4:] == ["flying", "handing back", "landing", "done"]
+    assert dialogue.phases[-5:] == ["flying", "handing back", "landing", "restoring", "done"]
     assert isinstance(dialogue.agent.error, FlightEnded)
     assert dialogue.agent.error.exit_code == 4
     assert not dialogue.vehicle.armed
@@ -80,7 +85,9 @@ def test_a_pose_stream_that_comes_back_does_not_bring_the_law_back():
     dialogue.vehicle.muted = set()
     at = len(dialogue.sent)
     dialogue.run()
-    assert SETPOINT not in [sent.name for sent in dialogue.sent[at:]]
+    setpoints = [sent.message for sent in dialogue.sent[at:] if sent.name == SETPOINT]
+    assert all(list(message.controls[:3]) == [0.0, 0.0, 0.0] for message in setpoints)
+    assert len(dialogue.agent.take_trace()) == dialogue.agent.status().setpoints_sent
 
 
 @pytest.mark.parametrize(
@@ -113,7 +120,7 @@ def test_the_volume_guard(east_m, height_m, words):
     assert words in said
 
 
-@pytest.mark.parametrize("mode", [POSCTL, px4.LOITER, px4.Mode(4, 5), px4.LAND])
+@pytest.mark.parametrize("mode", [POSCTL, px4.LOITER, px4.mode(4, 5), px4.LAND])
 def test_not_one_frame_is_sent_after_the_pilot_took_over(mode):
     dialogue = flying()
     dialogue.vehicle.mode = mode
@@ -153,7 +160,8 @@ def test_a_vehicle_that_falls_silent_in_flight_is_handed_back_then_lost():
     assert dialogue.phases[-3:] == ["flying", "handing back", "done"]
     assert dialogue.agent.error.exit_code == 4
     assert "stale pose" in dialogue.agent.error.message
-    assert dialogue.agent.status().safe_setpoints == 1
+    assert dialogue.setpoints[-1].stamp_us <= dialogue.sent[-1].stamp_us
+    assert 100 < dialogue.agent.status().safe_setpoints < 200
     heard = max(stamp for stamp, _, outbound in dialogue.record if not outbound)
     assert dialogue.sent[-1].stamp_us <= heard + 3_500_000
     dialogue.deliver(dialogue.vehicle.position())

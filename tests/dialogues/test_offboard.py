@@ -15,7 +15,7 @@ from tests.dialogues.peer import ACCEPTED, REJECTED, SETPOINT, Dialogue, Scripte
 
 
 def refused_and_landed(dialogue):
-    assert dialogue.phases[-4:] == ["engaging", "handing back", "landing", "done"]
+    assert dialogue.phases[-5:] == ["engaging", "handing back", "landing", "restoring", "done"]
     assert dialogue.names()[-3:] == ["loiter", SETPOINT, "land"]
     assert isinstance(dialogue.agent.error, VehicleRefused)
     assert dialogue.agent.error.exit_code == 3
@@ -109,7 +109,7 @@ def test_setpoints_flow_at_the_rate_of_the_poses_until_the_release():
 
 def test_a_hand_back_that_is_refused_lands_all_the_same():
     dialogue = Dialogue(ScriptedVehicle(answers={"loiter": answer(REJECTED)})).run()
-    assert dialogue.phases[-4:] == ["flying", "handing back", "landing", "done"]
+    assert dialogue.phases[-5:] == ["flying", "handing back", "landing", "restoring", "done"]
     assert dialogue.agent.error.request == "mode AUTO.LOITER"
     assert dialogue.agent.error.exit_code == 3
 

@@ -9,7 +9,7 @@ from mavquad.protocol.codec import mavlink
 from mavquad.protocol.firmware import px4
 from tests.dialogues.peer import PARAMETERS, Dialogue, ScriptedVehicle
 
-POSCTL = px4.Mode(3)
+POSCTL = px4.mode(3)
 
 
 def sends_nothing_more(dialogue: Dialogue) -> bool:
@@ -121,6 +121,7 @@ def test_a_vehicle_that_does_not_tell_its_thrust_is_believed_its_parameter() -> 
 @pytest.mark.parametrize(("round_trip_ms", "arms"), [(50, True), (350, False)])
 def test_a_slow_link_keeps_it_on_the_ground(round_trip_ms: int, arms: bool) -> None:
     dialogue = Dialogue(ScriptedVehicle(prearm=False)).run(Phase.WAITING)
+    dialogue.until_sent("TIMESYNC", len(dialogue.of("TIMESYNC")) + 1)
     question = dialogue.of("TIMESYNC")[-1]
     dialogue.run_for(round_trip_ms * 1e-3)
     dialogue.deliver(mavlink.MAVLink_timesync_message(1, question.message.ts1))

@@ -12,13 +12,13 @@ from tests.dialogues.peer import ACCEPTED, SETPOINT, Dialogue, ScriptedVehicle, 
 ENDINGS = {
     Phase.CONNECTING: ["done"],
     Phase.IDENTIFYING: ["done"],
-    Phase.WAITING: ["done"],
-    Phase.ARMING: ["disarming", "done"],
-    Phase.TAKING_OFF: ["landing", "done"],
-    Phase.ENGAGING: ["handing back", "landing", "done"],
-    Phase.FLYING: ["handing back", "landing", "done"],
-    Phase.HANDING_BACK: ["landing", "done"],
-    Phase.LANDING: ["done"],
+    Phase.WAITING: ["restoring", "done"],
+    Phase.ARMING: ["disarming", "restoring", "done"],
+    Phase.TAKING_OFF: ["landing", "restoring", "done"],
+    Phase.ENGAGING: ["handing back", "landing", "restoring", "done"],
+    Phase.FLYING: ["handing back", "landing", "restoring", "done"],
+    Phase.HANDING_BACK: ["landing", "restoring", "done"],
+    Phase.LANDING: ["restoring", "done"],
 }
 
 

@@ -16,7 +16,11 @@ import pytest
 
 from mavquad.protocol.codec import Encoder, mavlink
 
-PATIENT = ["--set", "guards.stale_pose_s=0.8"]
+PATIENT = [
+    option
+    for age in ("stale_attitude_s", "stale_attitude_at_torque_s", "stale_position_s")
+    for option in ("--set", f"guards.{age}=0.8")
+]
 """These tests are not about a busy machine: a loop that stalls for half a second is no reason to fail."""
 SHORT = ["--mission", "hover", "--duration", "3"]
 

@@ -69,7 +69,7 @@ def test_the_dump_is_complete():
         ('[guards]\ntilt_deg = "45"', "guards.tilt_deg", "valid number"),
         ("seed = 1.5", "seed", "valid integer"),
         ("[link]\nsystem_id = 256", "link.system_id", "less than or equal to 255"),
-        ('[link]\nurl = "tcp:1.2.3.4:1"', "link.url", "not a connection string"),
+        ('[link]\nurl = "ftp:1.2.3.4:1"', "link.url", "not a connection string"),
         ('[mission]\nname = "loop"', "mission.name", "'waypoints' or 'file'"),
         ("[airframe]\ntorque_scale_frd_rad_s2 = [1.0, 2.0]", "airframe.torque_scale_frd_rad_s2.2", "required"),
         ("[law]\nomega0_rad_s = 9.0\nkappa_rad_s = 5.0", "law", "kappa_rad_s must be greater"),
@@ -176,7 +176,7 @@ def test_time_limits_of_the_phases():
         ({"guards.floor_m": "30"}, "guards.floor_m must be below guards.ceiling_m"),
         ({"mission.side_m": "100"}, "mission.side_m puts a corner 141.4 m away, beyond guards.radius_m"),
         ({"guards.tilt_deg": "20"}, "guards.tilt_deg must be greater than law.limits.tilt_max_deg"),
-        ({"streams.position_hz": "10", "guards.stale_pose_s": "0.02"}, "guards.stale_pose_s is too short"),
+        ({"streams.position_hz": "10", "guards.late_position_s": "0.02"}, "guards.late_position_s is too short"),
         ({"flight.settle_s": "50"}, "flight.settle_s must be shorter than flight.takeoff_s"),
         ({"flight.engage_s": "1.6", "streams.position_hz": "50"}, "flight.engage_s must be more than 2.2 s"),
         (
@@ -197,7 +197,7 @@ def test_time_limits_of_the_phases():
 )
 def test_settings_that_contradict_each_other_are_refused_and_the_option_is_named(overrides, words):
     given = [Override(key, text) for key, text in overrides.items()]
-    known = defaults("attitude" if "attitude" in overrides.values() else "torque", "full")
+    known = defaults("px4", "attitude" if "attitude" in overrides.values() else "torque", "full")
     with pytest.raises(ConfigError) as refused:
         load(default_path(), given)
     assert words.format(**asdict(known)) in str(refused.value)

@@ -1,163 +1,70 @@
-"""PX4's custom modes and its setpoints at each depth of the law.
+"""PX4: its custom modes, and what its releases take.
 
 custom_mode carries the main mode in bits 16..23 and, for AUTO, the sub mode in bits 24..31 (PX4, px4_custom_mode.h).
 """
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from mavquad.protocol.codec import mavlink
+from mavquad.protocol.firmware.profile import Firmware, Mode, Version
+from mavquad.types import Depth
 
-from mavquad.frames import euler_flipped, frd_from_flu, wrap_pi
-from mavquad.protocol.codec import Message, mavlink
-from mavquad.types import Depth, LawCommand, RateCommand, TorqueCommand, Vec3, Vec4
-
-MAIN_OFFBOARD = 6
+MAIN_POSCTL = 3
 MAIN_AUTO = 4
+MAIN_OFFBOARD = 6
 SUB_TAKEOFF = 2
 SUB_LOITER = 3
+SUB_RTL = 5
 SUB_LAND = 6
 
 _MAIN_NAMES = {1: "MANUAL", 2: "ALTCTL", 3: "POSCTL", 5: "ACRO", 6: "OFFBOARD", 7: "STABILIZED", 8: "RATTITUDE"}
 _AUTO_NAMES = {1: "READY", 2: "TAKEOFF", 3: "LOITER", 4: "MISSION", 5: "RTL", 6: "LAND", 8: "FOLLOW", 9: "PRECLAND"}
 
 
-@dataclass(frozen=True, slots=True)
-class Mode:
-    """A PX4 flight mode: main mode and sub mode (0 where there is none)."""
-
-    main: int
-    sub: int = 0
-
-    @property
-    def custom_mode(self) -> int:
-        """The number in HEARTBEAT.custom_mode."""
-        return self.main << 16 | self.sub << 24
-
-    @property
-    def name(self) -> str:
-        """The name that PX4's users know, e.g. AUTO.LOITER."""
-        if self.main == MAIN_AUTO:
-            return f"AUTO.{_AUTO_NAMES.get(self.sub, self.sub)}"
-        return _MAIN_NAMES.get(self.main, f"mode {self.main}")
+def mode(main: int, sub: int = 0) -> Mode:
+    """A mode by its main and its sub mode (0 where there is none)."""
+    name = f"AUTO.{_AUTO_NAMES.get(sub, sub)}" if main == MAIN_AUTO else _MAIN_NAMES.get(main, f"mode {main}")
+    return Mode(name, main << 16 | sub << 24, (float(main), float(sub)))
 
 
-OFFBOARD = Mode(MAIN_OFFBOARD)
-TAKEOFF = Mode(MAIN_AUTO, SUB_TAKEOFF)
-LOITER = Mode(MAIN_AUTO, SUB_LOITER)
-LAND = Mode(MAIN_AUTO, SUB_LAND)
+OFFBOARD = mode(MAIN_OFFBOARD)
+TAKEOFF = mode(MAIN_AUTO, SUB_TAKEOFF)
+LOITER = mode(MAIN_AUTO, SUB_LOITER)
+RTL = mode(MAIN_AUTO, SUB_RTL)
+LAND = mode(MAIN_AUTO, SUB_LAND)
+POSCTL = mode(MAIN_POSCTL)
 
 
 def mode_from_custom(custom_mode: int) -> Mode:
     """The mode that HEARTBEAT.custom_mode shows."""
-    return Mode(custom_mode >> 16 & 0xFF, custom_mode >> 24 & 0xFF)
+    return mode(custom_mode >> 16 & 0xFF, custom_mode >> 24 & 0xFF)
 
 
 LAST_TORQUE_VERSION = (1, 13)
 """SET_ACTUATOR_CONTROL_TARGET is handled up to PX4 1.13; later releases ignore it silently."""
 
 
-def takes_torque(version: tuple[int, int, int]) -> bool:
-    """Whether this release of PX4 takes torque over MAVLink (message 139)."""
-    return version[:2] <= LAST_TORQUE_VERSION
+def depths(version: Version) -> tuple[Depth, ...]:
+    """What this release takes over MAVLink, the deepest first."""
+    return ("torque", "rate", "attitude") if version[:2] <= LAST_TORQUE_VERSION else ("rate", "attitude")
 
 
-def takes(version: tuple[int, int, int], depth: Depth) -> bool:
-    """Whether this release of PX4 takes setpoints of that depth over MAVLink."""
-    return depth != "torque" or takes_torque(version)
-
-
-def default_depth(version: tuple[int, int, int]) -> Depth:
-    """The deepest setpoint that this release takes."""
-    return "torque" if takes_torque(version) else "rate"
-
-
-def controls(command: LawCommand, scale_frd_rad_s2: Vec3, hover_thrust_norm: float, gravity_m_s2: float) -> Vec4:
-    """The law's command as the four numbers that go on the wire, thrust (0..1) the last; by the command's depth:
-
-    torque: roll, pitch, yaw control of the mixer in -1..1 (FRD); rate: body rates p, q, r in rad/s (FRD);
-    attitude: roll, pitch, yaw in rad (FRD to NED), yaw within [-pi, pi).
-
-    Args:
-        command: what the law asks for, NWU and FLU.
-        scale_frd_rad_s2: angular acceleration at a control of 1, per axis (a property of the airframe; torque only).
-        hover_thrust_norm: the thrust control that carries the weight when level.
-        gravity_m_s2: the gravity that the law calls hover.
-    """
-    if isinstance(command, TorqueCommand):
-        a, b, c = _torques(frd_from_flu(command.angular_acceleration_flu_rad_s2), scale_frd_rad_s2)
-    elif isinstance(command, RateCommand):
-        a, b, c = frd_from_flu(command.rates_flu_rad_s)
-    else:
-        a, b, c = euler_flipped(command.roll_rad, command.pitch_rad, command.yaw_rad)
-        c = wrap_pi(c)
-    return (a, b, c, _clip(hover_thrust_norm * command.specific_thrust_m_s2 / gravity_m_s2, 0.0))
-
-
-def safe_controls(depth: Depth, hover_thrust_norm: float, yaw_ned_rad: float) -> Vec4:
-    """The four numbers that ask for hover thrust and no rotation: at depth attitude level, at the present heading."""
-    yaw_rad = wrap_pi(yaw_ned_rad) if depth == "attitude" else 0.0
-    return (0.0, 0.0, yaw_rad, _clip(hover_thrust_norm, 0.0))
-
-
-def setpoint(stamp_us: int, depth: Depth, controls: Vec4, system_id: int, component_id: int) -> Message:
-    """The setpoint message of a depth, from the four numbers that `controls` gives."""
-    if depth == "torque":
-        return torque_setpoint(stamp_us, controls, system_id, component_id)
-    return attitude_target(stamp_us, depth, controls, system_id, component_id)
-
-
-def _torques(angular_acceleration_frd_rad_s2: Vec3, scale_frd_rad_s2: Vec3) -> Vec3:
-    roll, pitch, yaw = angular_acceleration_frd_rad_s2
-    return (
-        _clip(roll / scale_frd_rad_s2[0], -1.0),
-        _clip(pitch / scale_frd_rad_s2[1], -1.0),
-        _clip(yaw / scale_frd_rad_s2[2], -1.0),
-    )
-
-
-def _clip(value: float, low: float) -> float:
-    return min(max(value, low), 1.0)
-
-
-def torque_setpoint(stamp_us: int, controls: Vec4, system_id: int, component_id: int) -> Message:
-    """SET_ACTUATOR_CONTROL_TARGET for the flight control group (group_mlx 0) of the vehicle."""
-    return mavlink.MAVLink_set_actuator_control_target_message(
-        stamp_us, 0, system_id, component_id, [*controls, 0.0, 0.0, 0.0, 0.0]
-    )
-
-
-IGNORE_RATES = 0x07
-IGNORE_ATTITUDE = 0x80
-"""Bits of SET_ATTITUDE_TARGET.type_mask. Without one of them PX4 follows attitude and rates in turns."""
-
-
-def attitude_target(stamp_us: int, depth: Depth, controls: Vec4, system_id: int, component_id: int) -> Message:
-    """SET_ATTITUDE_TARGET of depth rate or attitude.
-
-    PX4 does not read its time_boot_ms; it carries the stamp's milliseconds modulo 2^32.
-    """
-    a, b, c, thrust_norm = controls
-    is_rate = depth == "rate"
-    return mavlink.MAVLink_set_attitude_target_message(
-        stamp_us // 1000 & 0xFFFFFFFF,
-        system_id,
-        component_id,
-        IGNORE_ATTITUDE if is_rate else IGNORE_RATES,
-        [1.0, 0.0, 0.0, 0.0] if is_rate else list(_quaternion(a, b, c)),
-        *((a, b, c) if is_rate else (0.0, 0.0, 0.0)),
-        thrust_norm,
-    )
-
-
-def _quaternion(roll_rad: float, pitch_rad: float, yaw_rad: float) -> Vec4:
-    """(w, x, y, z) of Rz(yaw) Ry(pitch) Rx(roll), FRD to NED."""
-    cr, sr = math.cos(roll_rad / 2), math.sin(roll_rad / 2)
-    cp, sp = math.cos(pitch_rad / 2), math.sin(pitch_rad / 2)
-    cy, sy = math.cos(yaw_rad / 2), math.sin(yaw_rad / 2)
-    return (
-        cr * cp * cy + sr * sp * sy,
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-    )
+PX4 = Firmware(
+    name="PX4",
+    autopilot=mavlink.MAV_AUTOPILOT_PX4,
+    mode=mode_from_custom,
+    offboard=OFFBOARD,
+    takeoff=TAKEOFF,
+    hover=LOITER,
+    hold=LOITER,
+    land=LAND,
+    home=RTL,
+    pilot=POSCTL,
+    arms_in=None,
+    depths=depths,
+    takeoff_parameter="MIS_TAKEOFF_ALT",
+    takeoff_m=0.0,
+    hover_parameter="MPC_THR_HOVER",
+    high_share=0.5,  # the mode tells that the climb is over, and a real estimate drifts by a metre
+    parameters=("COM_RCL_EXCEPT",),
+)

@@ -35,7 +35,8 @@ class Folder:
 
 
 def keep(path: Path, records: tuple[ParamRecord, ...] = (TIMEOUT,)) -> None:
-    write_parameters(Folder(path), (1, 1), mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, records)
+    changed = ChangedParameters(system_id=1, component_id=1, autopilot="ARDUPILOTMEGA", parameters=records)
+    write_parameters(Folder(path), changed)
 
 
 @pytest.fixture

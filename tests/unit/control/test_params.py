@@ -32,7 +32,7 @@ def _parse(table: dict) -> LawParams:
 @every_depth
 @every_set
 def test_defaults_are_valid_and_keep_the_observer_ahead(depth: Depth, measurements: str) -> None:
-    own = defaults(depth, measurements)
+    own = defaults("px4", depth, measurements)
     assert own.kappa_per_omega0 > 1.0
     assert own.yaw_kappa_per_omega0 > 1.0
     params = LawParams(measurements=measurements)
@@ -139,21 +139,21 @@ def test_a_number_instead_is_flown() -> None:
 @every_depth
 def test_kappa_must_be_above_the_omega0_of_its_depth(depth: Depth) -> None:
     """The default one, too: what leads at one depth may lag behind at another."""
-    known = defaults(depth, "full").omega0_rad_s
+    known = defaults("px4", depth, "full").omega0_rad_s
     with pytest.raises(ConfigError, match=f"{known:g} at depth {depth}"):
         _parse({"depth": depth, "kappa_rad_s": known})
     assert _parse({"depth": depth, "kappa_rad_s": known + 0.1}).kappa_rad_s == known + 0.1
 
 
 def test_an_open_depth_must_suit_all_of_them() -> None:
-    largest = max(DEPTHS, key=lambda depth: defaults(depth, "full").omega0_rad_s)
+    largest = max(DEPTHS, key=lambda depth: defaults("px4", depth, "full").omega0_rad_s)
     with pytest.raises(ConfigError, match=f"at depth {largest}"):
-        _parse({"kappa_rad_s": defaults(largest, "full").omega0_rad_s})
+        _parse({"kappa_rad_s": defaults("px4", largest, "full").omega0_rad_s})
 
 
 @every_depth
 def test_yaw_kappa_must_be_above_its_own_omega0(depth: Depth) -> None:
-    known = defaults(depth, "full").yaw_omega0_rad_s
+    known = defaults("px4", depth, "full").yaw_omega0_rad_s
     with pytest.raises(ConfigError, match="yaw_kappa_rad_s must be greater"):
         _parse({"depth": depth, "yaw_kappa_rad_s": known})
 

@@ -81,5 +81,5 @@ def test_tilt_comes_first():
 
 
 def test_words_of_a_stale_pose_and_of_nan():
-    assert stale("ATTITUDE", 0.123, PARAMS).words == "no ATTITUDE for 0.12 s, 0.2 s allowed"
+    assert stale("ATTITUDE", 0.123, 0.2).words == "no ATTITUDE for 0.12 s, 0.2 s allowed"
     assert not_a_number("ATTITUDE").words == "ATTITUDE holds a value that is not a number"

@@ -8,28 +8,31 @@ from mavquad.flight.machine import IN_FLIGHT, TRANSITIONS, Event, Phase, next_ph
 
 # One row a phase, one column an event; "." stays.
 COLUMNS = (
-    "FOUND IDENTIFIED READY ARMED AIRBORNE ENGAGED MISSION_OVER RELEASED LANDED DISARMED "
+    "FOUND IDENTIFIED PREPARED READY ARMED AIRBORNE ENGAGED MISSION_OVER RELEASED LEFT LANDED DISARMED RESTORED "
     "REFUSED TIMEOUT GUARD TAKEN_OVER LOST STOP"
 )
+SHORT = {"REST": "RESTORING", "BACK": "HANDING_BACK"}
 TABLE = """
-CONNECTING   IDENTIFYING . . . . . . . . . DONE DONE . DONE DONE DONE
-IDENTIFYING  . WAITING . . . . . . . . DONE DONE . DONE DONE DONE
-WAITING      . . ARMING . . . . . . . DONE DONE . DONE DONE DONE
-ARMING       . . . TAKING_OFF . . . . . . DONE DISARMING . DONE DONE DISARMING
-TAKING_OFF   . . . . ENGAGING . . . . DONE DISARMING LANDING . DONE DONE LANDING
-ENGAGING     . . . . . FLYING . . . DONE HANDING_BACK HANDING_BACK HANDING_BACK DONE DONE HANDING_BACK
-FLYING       . . . . . . HANDING_BACK . . DONE . . HANDING_BACK DONE DONE HANDING_BACK
-HANDING_BACK . . . . . . . LANDING . DONE LANDING LANDING . DONE DONE .
-LANDING      . . . . . . . . DISARMING DONE . DONE . DONE DONE .
-DISARMING    . . . . . . . . . DONE DONE DONE . DONE DONE .
-DONE         . . . . . . . . . . . . . . . .
+CONNECTING   IDENTIFYING . . . . . . . . . . . . DONE DONE . DONE DONE DONE
+IDENTIFYING  . PREPARING . . . . . . . . . . . DONE DONE . DONE DONE DONE
+PREPARING    . . WAITING . . . . . . . . . . REST REST . DONE DONE REST
+WAITING      . . . ARMING . . . . . . . . . REST REST . DONE DONE REST
+ARMING       . . . . TAKING_OFF . . . . . . . . REST DISARMING . DONE DONE DISARMING
+TAKING_OFF   . . . . . ENGAGING . . . . . REST . DISARMING LANDING . DONE DONE LANDING
+ENGAGING     . . . . . . FLYING . . . . REST . BACK BACK BACK DONE DONE BACK
+FLYING       . . . . . . . BACK . . . REST . . . BACK DONE DONE BACK
+HANDING_BACK . . . . . . . . LANDING DONE . REST . LANDING LANDING . DONE DONE .
+LANDING      . . . . . . . . . . DISARMING REST . . DONE . DONE DONE .
+DISARMING    . . . . . . . . . . . REST . REST REST . DONE DONE .
+RESTORING    . . . . . . . . . . . . DONE . DONE . DONE DONE .
+DONE         . . . . . . . . . . . . . . . . . . .
 """
 
 
 def rows(line):
     phase, *cells = line.split()
     for event, cell in zip(COLUMNS.split(), cells, strict=True):
-        yield Phase[phase], Event[event], Phase[phase if cell == "." else cell]
+        yield Phase[phase], Event[event], Phase[phase if cell == "." else SHORT.get(cell, cell)]
 
 
 EXPECTED = [row for line in TABLE.strip().splitlines() for row in rows(line)]

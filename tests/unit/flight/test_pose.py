@@ -23,7 +23,14 @@ def position(stamp_ms=1000, **changes):
 
 
 def intake(stale_pose_s=0.1):
-    return PoseIntake(GuardParams(stale_pose_s=stale_pose_s))
+    return PoseIntake(
+        GuardParams(
+            stale_attitude_s=stale_pose_s,
+            stale_attitude_at_torque_s=stale_pose_s,
+            stale_position_s=stale_pose_s,
+            late_position_s=stale_pose_s,
+        )
+    )
 
 
 BOTH = pytest.mark.parametrize(("kind", "message"), [("attitude", attitude), ("position", position)])

@@ -10,11 +10,11 @@ from mavquad.endpoint import NEVER_US
 from mavquad.protocol import command as commands
 from mavquad.protocol.codec import mavlink
 from mavquad.protocol.command import MAX_TRIES, RETRY_US, CommandExchange, Reply, result_name
-from mavquad.protocol.firmware import px4
+from mavquad.protocol.firmware import ARDUCOPTER, PX4, px4
 
 TARGET = (3, 4)
 ARM = commands.arm()
-LAND = commands.land()
+LAND = commands.land(PX4)
 
 
 def ack(command=ARM, result=mavlink.MAV_RESULT_ACCEPTED):
@@ -135,8 +135,10 @@ def parameters(command):
     [
         (commands.arm(), 400, [1, 0, 0, 0, 0, 0, 0]),
         (commands.disarm(), 400, [0, 0, 0, 0, 0, 0, 0]),
-        (commands.takeoff(12.5), 22, [math.nan, 0, 0, math.nan, math.nan, math.nan, 12.5]),
-        (commands.land(), 21, [0, 0, 0, math.nan, math.nan, math.nan, math.nan]),
+        (commands.takeoff(PX4, 12.5), 22, [math.nan, 0, 0, math.nan, math.nan, math.nan, math.nan]),
+        (commands.takeoff(ARDUCOPTER, 12.5), 22, [0, 0, 0, 0, 0, 0, 12.5]),
+        (commands.land(ARDUCOPTER), 176, [1, 9, 0, 0, 0, 0, 0]),
+        (commands.land(PX4), 21, [0, 0, 0, math.nan, math.nan, math.nan, math.nan]),
         (commands.set_mode(px4.LOITER), 176, [1, 4, 3, 0, 0, 0, 0]),
         (commands.set_interval("ATTITUDE", 30, 250.0), 511, [30, 4000, 0, 0, 0, 0, 0]),
         (commands.set_interval("ATTITUDE", 30, 0.0), 511, [30, -1, 0, 0, 0, 0, 0]),

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from mavquad.protocol.codec import Encoder, decode
-from mavquad.protocol.firmware import px4
+from mavquad.protocol.firmware import px4, setpoints
 from mavquad.types import AttitudeCommand, RateCommand, TorqueCommand
 
 SCALE = (100.0, 50.0, 10.0)
@@ -15,20 +15,20 @@ G = 9.81
 
 
 def controls(p=0.0, q=0.0, r=0.0, thrust=G, hover=0.5):
-    return px4.controls(TorqueCommand((p, q, r), thrust), SCALE, hover, G)
+    return setpoints.controls(TorqueCommand((p, q, r), thrust), SCALE, hover, G)
 
 
 def rate_controls(p=0.0, q=0.0, r=0.0, thrust=G, hover=0.5):
-    return px4.controls(RateCommand((p, q, r), thrust), SCALE, hover, G)
+    return setpoints.controls(RateCommand((p, q, r), thrust), SCALE, hover, G)
 
 
 def attitude_controls(roll=0.0, pitch=0.0, yaw=0.0, thrust=G, hover=0.5):
-    return px4.controls(AttitudeCommand(roll, pitch, yaw, thrust), SCALE, hover, G)
+    return setpoints.controls(AttitudeCommand(roll, pitch, yaw, thrust), SCALE, hover, G)
 
 
 def on_the_wire(depth, controls, stamp_us=1_577_836_800_123_456):
     """The setpoint after its way through the codec, with the wire's 32-bit floats."""
-    return decode(Encoder(255, 190).encode(px4.setpoint(stamp_us, depth, controls, 7, 9)))
+    return decode(Encoder(255, 190).encode(setpoints.setpoint(stamp_us, depth, controls, 7, 9)))
 
 
 def rotated(quaternion, x, y, z):
@@ -48,11 +48,11 @@ def rotated(quaternion, x, y, z):
         (px4.LOITER, 0x03040000, "AUTO.LOITER"),
         (px4.TAKEOFF, 0x02040000, "AUTO.TAKEOFF"),
         (px4.LAND, 0x06040000, "AUTO.LAND"),
-        (px4.Mode(4, 5), 0x05040000, "AUTO.RTL"),
-        (px4.Mode(3), 0x00030000, "POSCTL"),
-        (px4.Mode(1), 0x00010000, "MANUAL"),
-        (px4.Mode(4, 77), 0x4D040000, "AUTO.77"),
-        (px4.Mode(99), 0x00630000, "mode 99"),
+        (px4.mode(4, 5), 0x05040000, "AUTO.RTL"),
+        (px4.mode(3), 0x00030000, "POSCTL"),
+        (px4.mode(1), 0x00010000, "MANUAL"),
+        (px4.mode(4, 77), 0x4D040000, "AUTO.77"),
+        (px4.mode(99), 0x00630000, "mode 99"),
     ],
 )
 def test_modes(mode, custom_mode, name):
@@ -66,29 +66,18 @@ def test_the_reserved_bits_of_custom_mode_do_not_matter():
 
 
 @pytest.mark.parametrize(
-    ("version", "takes"),
+    ("version", "depths"),
     [
-        ((1, 11, 0), True),
-        ((1, 13, 0), True),
-        ((1, 13, 99), True),
-        ((1, 14, 0), False),
-        ((1, 16, 2), False),
-        ((2, 0, 0), False),
+        ((1, 11, 0), ("torque", "rate", "attitude")),
+        ((1, 13, 0), ("torque", "rate", "attitude")),
+        ((1, 13, 99), ("torque", "rate", "attitude")),
+        ((1, 14, 0), ("rate", "attitude")),
+        ((1, 16, 2), ("rate", "attitude")),
+        ((2, 0, 0), ("rate", "attitude")),
     ],
 )
-def test_the_last_release_that_takes_torque(version, takes):
-    assert px4.takes_torque(version) is takes
-
-
-@pytest.mark.parametrize(
-    ("version", "depth"), [((1, 11, 0), "torque"), ((1, 13, 3), "torque"), ((1, 14, 0), "rate"), ((1, 16, 2), "rate")]
-)
-def test_the_deepest_setpoint_that_a_release_takes(version, depth):
-    assert px4.default_depth(version) == depth
-    assert px4.takes(version, depth)
-    assert px4.takes(version, "torque") is (depth == "torque")
-    assert px4.takes(version, "rate")
-    assert px4.takes(version, "attitude")
+def test_what_a_release_takes_the_deepest_first(version, depths):
+    assert px4.depths(version) == depths
 
 
 @pytest.mark.parametrize(
@@ -121,7 +110,7 @@ def test_torque_is_clipped_on_both_sides():
 
 
 def test_the_setpoint_on_the_wire():
-    message = px4.torque_setpoint(123_456, (0.1, -0.2, 0.3, 0.4), 7, 9)
+    message = setpoints.torque_setpoint(123_456, (0.1, -0.2, 0.3, 0.4), 7, 9)
     assert message.get_type() == "SET_ACTUATOR_CONTROL_TARGET"
     assert (message.time_usec, message.group_mlx, message.target_system, message.target_component) == (123_456, 0, 7, 9)
     assert list(message.controls) == [0.1, -0.2, 0.3, 0.4, 0.0, 0.0, 0.0, 0.0]
@@ -195,8 +184,8 @@ def test_the_torque_setpoint_by_its_depth():
 
 @pytest.mark.parametrize("depth", ["torque", "rate"])
 def test_safe_is_no_rotation_and_hover_thrust(depth):
-    assert px4.safe_controls(depth, 0.4, 1.0) == (0.0, 0.0, 0.0, 0.4)
+    assert setpoints.safe_controls(depth, 0.4, 1.0) == (0.0, 0.0, 0.0, 0.4)
 
 
 def test_a_safe_attitude_is_level_at_the_present_heading():
-    assert px4.safe_controls("attitude", 0.4, 1.0 - math.tau) == pytest.approx((0.0, 0.0, 1.0, 0.4))
+    assert setpoints.safe_controls("attitude", 0.4, 1.0 - math.tau) == pytest.approx((0.0, 0.0, 1.0, 0.4))

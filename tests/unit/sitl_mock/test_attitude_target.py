@@ -8,7 +8,7 @@ from fastcrc.crc16 import mcrf4xx
 
 from mavquad.endpoint import deliver
 from mavquad.protocol.codec import Encoder, mavlink
-from mavquad.protocol.firmware import px4
+from mavquad.protocol.firmware import setpoints
 from mavquad.types import AttitudeCommand, RateCommand, TorqueCommand
 from sitl_mock.geometry import from_euler
 from sitl_mock.inner_loops import AttitudeSetpoint, RatesSetpoint
@@ -178,9 +178,9 @@ def test_attitude_target_under_an_attitude(flying):
 
 
 def fly(p, depth, command, seconds=0.3):
-    controls = px4.controls(command, SCALE, HOVER, G)
+    controls = setpoints.controls(command, SCALE, HOVER, G)
     encoder = Encoder(245, 191)
-    p.stream(lambda q: q.send(px4.setpoint(q.now_us, depth, controls, 1, 1), encoder), seconds)
+    p.stream(lambda q: q.send(setpoints.setpoint(q.now_us, depth, controls, 1, 1), encoder), seconds)
     return p
 
 
@@ -209,7 +209,7 @@ def test_the_agents_thrust_lifts(flying, depth):
 def test_the_agents_safe_setpoint_holds_the_vehicle(pilot, quiet, depth):
     p = pilot(sensors=quiet, vehicle={"heading_deg": 120.0}).hover()
     yaw_rad = p.truth.euler_rad[2]
-    safe = px4.setpoint(p.now_us, depth, px4.safe_controls(depth, HOVER, yaw_rad), 1, 1)
+    safe = setpoints.setpoint(p.now_us, depth, setpoints.safe_controls(depth, HOVER, yaw_rad), 1, 1)
     p.send(safe)
     p.offboard()
     p.stream(lambda q: q.send(safe), 1.0)

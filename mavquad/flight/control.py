@@ -1,0 +1,118 @@
+"""The law in force: pose messages in, setpoints out, under guards; and the safe setpoints after a guard has tripped."""
+
+from __future__ import annotations
+
+from mavquad.control.params import LawParams
+from mavquad.endpoint import NEVER_US
+from mavquad.flight.guards import GuardParams, Tripped, check
+from mavquad.flight.law_flight import LawFlight
+from mavquad.flight.pose import PoseIntake
+from mavquad.flight_record import TraceRow
+from mavquad.protocol.codec import Message
+from mavquad.protocol.firmware import setpoints
+from mavquad.types import Attitude, Depth, Position
+
+SAFE_US = 20_000
+"""Between two safe setpoints."""
+
+Target = tuple[int, int]
+
+
+class Control:
+    """What flies the vehicle while the law may.
+
+    Attributes:
+        law: from measurements to controls.
+        pose: what was measured.
+        on: whether the law answers measurements with setpoints.
+        last_row: of the law's last step; None before the first.
+        sent: setpoints of the law.
+        safe_sent: setpoints that ask for hover thrust and no rotation.
+    """
+
+    def __init__(self, guards: GuardParams, law: LawFlight) -> None:
+        self._guards = guards
+        self._trace: list[TraceRow] = []
+        self._safe_us = NEVER_US
+        self.law = law
+        self.pose = PoseIntake(guards)
+        self.on = False
+        self.last_row: TraceRow | None = None
+        self.sent = 0
+        self.safe_sent = 0
+
+    def take_trace(self) -> list[TraceRow]:
+        """The rows since the last call."""
+        trace, self._trace = self._trace, []
+        return trace
+
+    # ------------------------------------------------------------------ deadlines
+
+    def next_deadline_us(self) -> int:
+        """When the pose becomes too old, or the next safe setpoint is due."""
+        return self.pose.stale_deadline_us() if self.on else self._safe_us
+
+    def stale(self, now_us: int) -> Tripped | None:
+        """The guard that an old pose trips, while the law is on."""
+        return self.pose.stale(now_us) if self.on and now_us >= self.pose.stale_deadline_us() else None
+
+    # ------------------------------------------------------------------ the law
+
+    def take_attitude(self, message: Message, now_us: int) -> Attitude | Tripped | None:
+        """An ATTITUDE; None if it is old."""
+        attitude = self.pose.take_attitude(message, now_us)
+        if isinstance(attitude, Attitude):
+            self.law.take_attitude(attitude)
+        return attitude
+
+    def take_position(self, message: Message, now_us: int) -> Position | Tripped | None:
+        """A LOCAL_POSITION_NED; None if it is old."""
+        return self.pose.take_position(message, now_us)
+
+    def checked(self, ground_m: float) -> Tripped | None:
+        """The first guard that the latest pose trips."""
+        attitude, position = self.pose.attitude, self.pose.position
+        if not self.on or not self.law.in_control or attitude is None or position is None:
+            return None
+        return check(self._guards, attitude, position, self.law.origin_nwu_m, ground_m)
+
+    def choose(self, law: LawParams, depth: Depth) -> None:
+        """The law as it is for the vehicle that was met, and what it will command."""
+        self.law.choose(law, depth)
+        self.pose.choose(depth)
+
+    def step(self, target: Target, phase: str, now_us: int) -> Message | None:
+        """The law's answer to the latest pose; None while it is off, or the pose is not whole."""
+        attitude, position = self.pose.attitude, self.pose.position
+        if not self.on or attitude is None or position is None:
+            return None
+        row = self.law.step(position, attitude, now_us, phase, self.pose.authority(now_us))
+        self.last_row = row
+        self._trace.append(row)
+        self.sent += 1
+        return setpoints.setpoint(now_us, self.law.depth, row.controls, *target)
+
+    # ------------------------------------------------------------------ after the law
+
+    def stop(self) -> None:
+        """Nothing is sent any more."""
+        self.on = False
+        self._safe_us = NEVER_US
+
+    def make_safe(self, now_us: int) -> None:
+        """The law is off; safe setpoints are due from now on, since the firmwares hold the last command."""
+        self.on = False
+        self._safe_us = now_us
+
+    def safe_due(self, target: Target, now_us: int) -> Message | None:
+        """The safe setpoint, when it is due."""
+        if now_us < self._safe_us:
+            return None
+        self._safe_us = now_us + SAFE_US
+        self.safe_sent += 1
+        return self.safe(target, now_us)
+
+    def safe(self, target: Target, now_us: int) -> Message:
+        """No rotation, hover thrust."""
+        controls = self.law.safe_controls(self.pose.attitude)
+        return setpoints.setpoint(now_us, self.law.depth, controls, *target)
