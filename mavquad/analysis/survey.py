@@ -150,7 +150,6 @@ class Survey:
             "frames": self.frames,
             "unknown_frames": self.unknown_frames,
             "bad_bytes": self.bad_bytes,
-            "bad_ranges": [list(bad_range) for bad_range in self.bad_ranges],
             "repaired_stamps": self.repaired_stamps,
             "first_stamp_us": self.first_stamp_us,
             "duration_s": self.duration_s,
@@ -158,6 +157,7 @@ class Survey:
             "messages": self.messages(),
             "armed_spans": [_flight_json(flight) for flight in self.flights()],
             "senders": [_sender_json(survey) for survey in self.senders],
+            "bad_ranges": [list(bad_range) for bad_range in self.bad_ranges],
         }
 
 

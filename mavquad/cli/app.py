@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from mavquad import __version__
+from mavquad.cli.log_part import LogPart
 from mavquad.cli.outcome import EXIT_CODES, run
-from mavquad.config import Override, parse_override
 from mavquad.errors import ConfigError
+
+if TYPE_CHECKING:
+    from mavquad.config import Override
 
 Options = dict[str, dict[str, object]]
 """Of each option, the keys of the configuration that it sets; None leaves a key as it is."""
@@ -182,20 +185,39 @@ def replay(
     speed: Annotated[float, typer.Option(help="Of --play: seconds of the log in a second.")] = 1.0,
     loop: Annotated[bool, typer.Option("--loop", help="Of --play: begin anew at the end.")] = False,
     direction: Annotated[str, typer.Option(help="Of --play: in (the vehicle's), out, both.")] = "in",
+    list_: Annotated[bool, typer.Option("--list", help="What is in it, and nothing else.")] = False,
+    system: Annotated[
+        int | None, typer.Option(help="Only this vehicle of a log of others: system id.", show_default=False)
+    ] = None,
+    from_: Annotated[
+        str | None,
+        typer.Option(
+            "--from", help="Only from there: 12.5 (s), 2026-05-01T10:20:30Z, flight:1, mode:GUIDED.", show_default=False
+        ),
+    ] = None,
+    to: Annotated[str | None, typer.Option(help="Only up to there; as --from.", show_default=False)] = None,
     json: JsonOption = False,
 ) -> int:
     """Replay a flight of ours bit for bit, or with another law beside it; survey any other tlog, our law in its shadow;
     or play any to a ground station."""
-    from mavquad.cli.replay import replay as command
-    from mavquad.cli.replay_flight import OtherLaw
+    part = LogPart(system, from_, to)
+    if list_:
+        from mavquad.cli.replay_list import list_log
 
+        return list_log(log, part, json)
     if play is not None:
         from mavquad.cli.replay_playback import PlayOptions
         from mavquad.cli.replay_playback import play as play_log
 
-        return play_log(log, PlayOptions(play, speed, loop, direction), json)
+        wanted = part.selection(log)
+        return play_log(
+            log, PlayOptions(play, speed, loop, direction, wanted.system, wanted.from_us, wanted.to_us), json
+        )
+    from mavquad.cli.replay import replay as command
+    from mavquad.cli.replay_flight import OtherLaw
+
     other = OtherLaw(config, tuple(_overrides(set_, _law(depth, law, force=False))))
-    return command(log, other, output, json)
+    return command(log, part, other, output, json)
 
 
 @app.command(epilog="Exit codes: see mavquad --help.")
@@ -281,6 +303,7 @@ def restore(
 def _overrides(own: list[str] | None, options: Options, faults: list[Path] | None = None) -> list[Override]:
     """An option {--name: {key: value}} sets keys of the configuration; what --set says of the same key wins."""
     from mavquad.cli.mock_options import fault_overrides
+    from mavquad.config import Override, parse_override
 
     given = [
         Override(key, str(value), option)

@@ -8,27 +8,33 @@ from rich.table import Table
 from rich.text import Text
 
 from mavquad.analysis.shadow import Shadow, shadow
-from mavquad.analysis.survey import Survey, survey
+from mavquad.analysis.survey import Survey, survey_file
+from mavquad.cli.log_part import LogPart
 from mavquad.cli.new_file import new_file
 from mavquad.cli.replay_flight import OtherLaw, is_ours, replay_flight
 from mavquad.cli.terminal import QuietConsole, say, shown
 from mavquad.drivers.run_folder import to_json
 from mavquad.errors import EXIT_OK, InputError
-from mavquad.tlog import TlogContents, read_records
+from mavquad.tlog import Selection, read_records
 
 
-def replay(path: Path, other: OtherLaw, output: Path | None, as_json: bool) -> int:
+def replay(path: Path, part: LogPart, other: OtherLaw, output: Path | None, as_json: bool) -> int:
     """Replay or survey; returns the exit code."""
     if output is not None and output.suffix.lower() != ".png":
         raise InputError(f"--output: {str(output)!r} does not end with .png", "figures are PNG")
-    contents = read_records(path)
     if is_ours(path):
-        return replay_flight(path, contents, other, output, as_json)
-    return _survey(path, contents, output, as_json)
+        if not part.is_all:
+            raise InputError(
+                "--system, --from, --to: a flight of ours is replayed whole",
+                "with --list or --play, or of a copy of flight.tlog in another folder, a part can be had",
+            )
+        return replay_flight(path, read_records(path), other, output, as_json)
+    return _survey(path, part.selection(path), output, as_json)
 
 
-def _survey(path: Path, contents: TlogContents, output: Path | None, as_json: bool) -> int:
-    found = survey(contents)
+def _survey(path: Path, selection: Selection, output: Path | None, as_json: bool) -> int:
+    found = survey_file(path, selection)
+    contents = read_records(path).only(selection)
     vehicle = found.main_vehicle()
     observed = shadow(contents, vehicle.sender) if vehicle else None
     figure = output or new_file(path.stem, ".png")

@@ -108,7 +108,7 @@ def _step_byte(state: NDArray[np.uint16]) -> NDArray[np.uint16]:
 def _byte_table() -> NDArray[np.uint16]:
     state = np.arange(256, dtype=np.uint16)
     for _ in range(8):
-        state = np.bitwise_xor(state >> 1, (state & 1) * np.uint16(_POLYNOMIAL), dtype=np.uint16)
+        state = np.where(state & 1, (state >> 1) ^ _POLYNOMIAL, state >> 1).astype(np.uint16)
     return state
 
 
