@@ -19,7 +19,7 @@ from mavquad.control.inversion import Gain, apply
 from mavquad.control.model import GRAVITY_M_S2
 from mavquad.control.tuning import Tuning
 from mavquad.frames import unwrap_near, wrap_pi
-from mavquad.types import Attitude, Vec4
+from mavquad.types import Attitude, LawCommand, Vec4
 
 
 class Acted(NamedTuple):
@@ -50,8 +50,8 @@ class OpenLoop(Controller):
         """When the latest command would have arrived."""
         return self._arrive_us
 
-    def instead(self, acted: Acted) -> None:
-        """Take back the latest command: this acted."""
+    def instead(self, acted: Acted) -> LawCommand:
+        """Take back the latest command: this acted. Returns it as a command."""
         gain, slowed, thrust, yaw_input = self._asked_with
         drive, yaw, roll, pitch = acted.inputs
         self._thrust, self._yaw_input = driven(thrust, drive), driven(yaw_input, yaw)
@@ -64,6 +64,7 @@ class OpenLoop(Controller):
                 gain = gain._replace(t=trig(0.0, 0.0, acted.yaw_rad))
         wz, wx, wy = apply(gain, (drive, roll, pitch))
         self._estimator.sent(self._arrive_us, (wz, yaw + slowed, wx, wy), self._thrust.value)
+        return self._on_the_wire(gain, acted.inputs)
 
 
 class Motion:
@@ -92,7 +93,7 @@ class Motion:
         lean, lean_rates, lean_accelerations = self._at(arrive_us + place.dead_us + round(place.lag_s * 1e6))
         yaw_us = arrive_us + turn.dead_us + round(turn.lag_s * 1e6)
         facing, yaw_rate, yaw_acceleration = self._yaw(yaw_us)
-        thrust, thrust_rate = self._thrust(arrive_us)
+        thrust, thrust_rate = self.thrust(arrive_us)
         if tune.depth == "attitude":
             return Acted((thrust, yaw_rate, lean[0], lean[1]), (thrust, thrust_rate), facing)
         roll, pitch = lean_rates[:2] if tune.depth == "rate" else lean_accelerations[:2]
@@ -127,7 +128,7 @@ class Motion:
         span_us = after.stamp_us - before.stamp_us
         return before, after, (stamp_us - before.stamp_us) / span_us, span_us * 1e-6
 
-    def _thrust(self, stamp_us: int) -> tuple[float, float]:
+    def thrust(self, stamp_us: int) -> tuple[float, float]:
         """Thrust per mass and its derivative: commanded, on a line to the next one; or T cos(tilt) = g."""
         place = bisect_right(self._thrust_stamps_us, stamp_us)
         if place == 0 or place == len(self._thrusts):

@@ -15,6 +15,7 @@ from typing import Any
 
 from mavquad.analysis.metrics import root_mean_square
 from mavquad.analysis.open_loop import Acted, Motion, OpenLoop
+from mavquad.control.defaults import Autopilot
 from mavquad.control.model import GRAVITY_M_S2
 from mavquad.control.params import LawParams
 from mavquad.control.tuning import Tuning, tuning
@@ -41,18 +42,21 @@ class FlownMeasurement:
 
 @dataclass(frozen=True, slots=True)
 class FlownStep:
-    """A step of the flown law: its row, whether it was in control, and the reference with its derivatives."""
+    """A step of the flown law: its row, whether it was in control, the share of its limits that it might use
+    (`Controller.command`), and the reference with its derivatives."""
 
     row: TraceRow
     in_control: bool
+    authority: float
     reference: ReferencePoint
 
 
 @dataclass(slots=True)
 class Flown:
-    """All that the law was given in a flight, in order."""
+    """All that the law was given in a flight, in order, and by what it was flown."""
 
     airframe: AirframeParams
+    autopilot: Autopilot = "px4"
     hover_thrust_norm: float = 0.0
     inputs: list[FlownMeasurement | FlownStep] = field(default_factory=list)
 
@@ -169,7 +173,7 @@ class _Beside:
 
     def __init__(self, flown: Flown, law: LawParams, depth: Depth, steps: Sequence[FlownStep]) -> None:
         self._flown = flown
-        self._law = within_controls(law, flown.airframe, flown.hover_thrust_norm)
+        self._law = within_controls(law.of(flown.autopilot), flown.airframe, flown.hover_thrust_norm)
         self._depth = depth
         self._tune = tuning(self._law, depth)
         self._first = steps[0].row
@@ -204,7 +208,7 @@ class _Beside:
             trim_m_s2 = GRAVITY_M_S2 / math.cos(tilt_rad(self._attitude))
             self._controller = OpenLoop(self._law, self._depth, self._position, self._attitude, trim_m_s2)
         controller = self._controller
-        command = controller.command(lambda _: step.reference)
+        command = controller.command(lambda _: step.reference, step.authority)
         trace = controller.trace
         assert trace is not None
         acted = self._acted(step, controller)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from mavquad.agent import Agent
 from mavquad.analysis.what_if import Flown, FlownMeasurement, FlownStep
 from mavquad.config import Config
 from mavquad.flight.guards import Tripped
 from mavquad.flight.pose import PoseIntake
+from mavquad.flight_record import TraceRow
 from mavquad.protocol.codec import decode, frame_source, mavlink, message_id
 from mavquad.tlog import Record
 from mavquad.types import Attitude, Position
@@ -30,20 +29,25 @@ class Witness:
         """An inbound frame was taken in."""
         if frame_source(record.frame) != self._agent.link.vehicle:
             return
-        number = message_id(record.frame)
+        number, law = message_id(record.frame), self._agent.law
+        self._pose.choose(law.depth)
         taken: Attitude | Position | Tripped | None = None
         if number == mavlink.MAVLINK_MSG_ID_ATTITUDE:
             taken = self._pose.take_attitude(decode(record.frame), record.stamp_us)
         elif number == mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED:
             taken = self._pose.take_position(decode(record.frame), record.stamp_us)
         if taken is not None and not isinstance(taken, Tripped):
-            self.flown.inputs.append(FlownMeasurement(taken, self._agent.law.in_control))
+            self.flown.inputs.append(FlownMeasurement(taken, law.in_control))
+        elif number == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
+            is_px4 = decode(record.frame).autopilot == mavlink.MAV_AUTOPILOT_PX4
+            self.flown.autopilot = "px4" if is_px4 else "arducopter"
         for row in self._agent.take_trace():
-            self._step(row)
+            self._step(row, self._pose.authority(record.stamp_us))
 
-    def _step(self, row: Any) -> None:
+    def _step(self, row: TraceRow, authority: float) -> None:
         law = self._agent.law
         self._pose.may_restart = False
         if not self.flown.hover_thrust_norm:
             self.flown.hover_thrust_norm = self._agent.status().hover_thrust_norm
-        self.flown.inputs.append(FlownStep(row, law.in_control, law.reference(row.vehicle_stamp_us)))
+        reference = law.reference(row.vehicle_stamp_us)
+        self.flown.inputs.append(FlownStep(row, law.in_control, authority, reference))

@@ -1,0 +1,174 @@
+"""What the autopilot of a log aimed at: its own position targets as a reference, and its own attitude and thrust commands."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, TypeVar
+
+from mavquad.analysis.pose_messages import Geodetic, euler_of, unit
+from mavquad.control.model import GRAVITY_M_S2
+from mavquad.control.reference import Pose, hold
+from mavquad.flight.guards import tilt_rad
+from mavquad.frames import euler_flipped, flu_from_frd, nwu_from_ned
+from mavquad.protocol.codec import Message, decode, frame_source, mavlink, message_id
+from mavquad.tlog import TlogContents
+from mavquad.types import Attitude, Position, ReferencePoint, Vec3
+
+_LOCAL_TARGET = mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED
+_GLOBAL_TARGET = mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT
+_ATTITUDE_TARGET = mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET
+_NO_POSITION, _NO_VELOCITY, _NO_YAW = 0x7, 0x38, 0x400  # of type_mask
+_ABOVE_SEA = (mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_GLOBAL_INT)
+_LEAST_HOVER, _MOST_HOVER, _SLOW_M_S = 0.1, 0.9, 0.5
+_LEAST_HOVER_COUNT = 10
+FRESH_US = 1_500_000
+"""A target counts for this long: ArduPilot sends them once a second."""
+
+
+class AttitudeTarget(NamedTuple):
+    """ATTITUDE_TARGET: angles (rad, NWU), body rates (rad/s, FLU) and thrust (0..1) that the autopilot commanded."""
+
+    stamp_us: int
+    euler_rad: Vec3
+    rates_flu_rad_s: Vec3
+    thrust_norm: float
+
+
+class PositionTarget(NamedTuple):
+    """Where the autopilot wanted the vehicle to be, NWU; velocity zero and yaw None where it did not say."""
+
+    stamp_us: int
+    position_nwu_m: Vec3
+    velocity_nwu_m_s: Vec3
+    yaw_rad: float | None
+
+
+Stamped = TypeVar("Stamped", Position, Attitude, AttitudeTarget, PositionTarget)
+
+
+@dataclass(frozen=True, slots=True)
+class Targets:
+    """Both, by increasing stamps of the vehicle's clock; `source` is the message of the positions."""
+
+    positions: tuple[PositionTarget, ...]
+    attitudes: tuple[AttitudeTarget, ...]
+    source: str
+
+    def position_at(self, stamp_us: int) -> PositionTarget | None:
+        """The latest, while it counts."""
+        found = _latest(self.positions, stamp_us)
+        return found if found is not None and stamp_us - found.stamp_us <= FRESH_US else None
+
+    def attitude_at(self, stamp_us: int) -> AttitudeTarget | None:
+        """Likewise."""
+        found = _latest(self.attitudes, stamp_us)
+        return found if found is not None and stamp_us - found.stamp_us <= FRESH_US else None
+
+
+def targets(contents: TlogContents, sender: tuple[int, int], geodetic: Geodetic | None) -> Targets:
+    """The targets of one (system, component). Without local ones, global ones where it is known where zero is."""
+    found: dict[int, list[Message]] = defaultdict(list)
+    for record in contents:
+        if frame_source(record.frame) == sender and message_id(record.frame) in _READ:
+            found[message_id(record.frame)].append(decode(record.frame))
+    local = _ordered(found[_LOCAL_TARGET], _local_target)
+    far = _ordered(found[_GLOBAL_TARGET], lambda message: _global_target(message, geodetic)) if not local else ()
+    source = "POSITION_TARGET_LOCAL_NED" if local else "POSITION_TARGET_GLOBAL_INT" if far else ""
+    return Targets(local or far, _ordered(found[_ATTITUDE_TARGET], _attitude_target), source)
+
+
+_READ = frozenset((_LOCAL_TARGET, _GLOBAL_TARGET, _ATTITUDE_TARGET))
+
+
+def hover_thrust(
+    attitudes: Sequence[AttitudeTarget], poses: Sequence[Position], measured: Sequence[Attitude]
+) -> float | None:
+    """The thrust that carries the weight: the median of thrust times cos(tilt) while it climbs or sinks slowly."""
+    norms = []
+    for target in attitudes:
+        pose, attitude = _latest(poses, target.stamp_us), _latest(measured, target.stamp_us)
+        if pose is None or attitude is None or abs(pose.velocity_nwu_m_s[2]) > _SLOW_M_S:
+            continue
+        norm = target.thrust_norm * math.cos(tilt_rad(attitude))
+        if _LEAST_HOVER < norm < _MOST_HOVER:
+            norms.append(norm)
+    return sorted(norms)[len(norms) // 2] if len(norms) >= _LEAST_HOVER_COUNT else None
+
+
+def thrusts(attitudes: Sequence[AttitudeTarget], hover_norm: float | None) -> list[tuple[int, float]]:
+    """Thrust per mass (m/s^2) by stamp; empty where the hover thrust is not known."""
+    if hover_norm is None:
+        return []
+    return [(target.stamp_us, target.thrust_norm * GRAVITY_M_S2 / hover_norm) for target in attitudes]
+
+
+def reference_point(target: PositionTarget, stamp_us: int, yaw_rad: float) -> ReferencePoint:
+    """A target as the law's reference at a moment: on its line; where it has no yaw, looking as it does."""
+    since_s = (stamp_us - target.stamp_us) * 1e-6
+    (x, y, z), (vx, vy, vz) = target.position_nwu_m, target.velocity_nwu_m_s
+    yaw = yaw_rad if target.yaw_rad is None else target.yaw_rad
+    place = ((z, vz), (x, vx), (y, vy))
+    up, north, west = ((value + since_s * speed, speed, 0.0, 0.0, 0.0) for value, speed in place)
+    return ReferencePoint(up, (yaw, 0.0, 0.0, 0.0, 0.0), north, west)
+
+
+def holding(pose: Position, yaw_rad: float) -> Callable[[int], ReferencePoint]:
+    """The reference that stays where this pose is."""
+    point = hold(Pose(pose.position_nwu_m, yaw_rad))
+    return lambda _: point
+
+
+def _latest(items: Sequence[Stamped], stamp_us: int) -> Stamped | None:
+    place = bisect_right(items, stamp_us, key=lambda item: item.stamp_us)
+    return items[place - 1] if place else None
+
+
+def _ordered(messages: Sequence[Message], read: Callable[[Message], Stamped | None]) -> tuple[Stamped, ...]:
+    """What can be used, by increasing stamps; a stamp that was there before is left out."""
+    found: dict[int, Stamped] = {}
+    for message in messages:
+        if (target := read(message)) is not None:
+            found[target.stamp_us] = target
+    return tuple(found[stamp_us] for stamp_us in sorted(found))
+
+
+def _local_target(message: Message) -> PositionTarget | None:
+    place, velocity = (message.x, message.y, message.z), (message.vx, message.vy, message.vz)
+    if message.coordinate_frame != mavlink.MAV_FRAME_LOCAL_NED:
+        return None
+    return _target(message, place, velocity)
+
+
+def _global_target(message: Message, geodetic: Geodetic | None) -> PositionTarget | None:
+    if geodetic is None or message.coordinate_frame not in _ABOVE_SEA or (message.lat_int == message.lon_int == 0):
+        return None
+    place = geodetic.place_ned_m(message.lat_int, message.lon_int, message.alt * 1e3)
+    return _target(message, place, (message.vx, message.vy, message.vz))
+
+
+def _target(message: Message, place_ned_m: Vec3, velocity_ned_m_s: Vec3) -> PositionTarget | None:
+    if message.type_mask & _NO_POSITION or not all(map(math.isfinite, place_ned_m)):
+        return None
+    moves = not message.type_mask & _NO_VELOCITY and all(map(math.isfinite, velocity_ned_m_s))
+    looks = not message.type_mask & _NO_YAW and math.isfinite(message.yaw)
+    return PositionTarget(
+        message.time_boot_ms * 1000,
+        nwu_from_ned(place_ned_m),
+        nwu_from_ned(velocity_ned_m_s) if moves else (0.0, 0.0, 0.0),
+        -message.yaw if looks else None,
+    )
+
+
+def _attitude_target(message: Message) -> AttitudeTarget | None:
+    w, x, y, z = message.q
+    turned = unit((w, x, y, z))
+    rates = (message.body_roll_rate, message.body_pitch_rate, message.body_yaw_rate)
+    if turned is None or not all(map(math.isfinite, (*rates, message.thrust))):
+        return None
+    return AttitudeTarget(
+        message.time_boot_ms * 1000, euler_flipped(*euler_of(turned)), flu_from_frd(rates), message.thrust
+    )
