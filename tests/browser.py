@@ -9,7 +9,7 @@ import subprocess
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 ARGUMENTS = [
@@ -25,12 +25,12 @@ ARGUMENTS = [
 class Browser:
     """One tab. `complaints` are console errors, exceptions and blocked loads; `requests` all URLs that were asked for."""
 
-    def __init__(self, process: subprocess.Popen[bytes], to_browser: int, from_browser: int) -> None:
+    def __init__(self, process: subprocess.Popen[bytes], to_browser: int, from_browser: BinaryIO) -> None:
         self.process = process
         self.complaints: list[str] = []
         self.requests: list[str] = []
         self._out = to_browser
-        self._in = os.fdopen(from_browser, "rb")
+        self._in = from_browser
         self._number = 0
         self._session = ""
         target = self.ask("Target.createTarget", url="about:blank")["targetId"]
@@ -107,6 +107,11 @@ class Browser:
         self.ask("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
         self.settled()
 
+    def close(self) -> None:
+        """Ask the browser to end."""
+        self._session = ""
+        self.ask("Browser.close")
+
     def picture(self) -> bytes:
         """What is seen, as PNG."""
         return base64.b64decode(self.ask("Page.captureScreenshot")["data"])
@@ -120,25 +125,21 @@ def browser() -> Iterator[Browser]:
     from_read, from_write = os.pipe()
     with tempfile.TemporaryDirectory(prefix="mavquad-browser-", ignore_cleanup_errors=True) as profile:
         # The browser's ends are its descriptors 3 and 4; a shell puts them there, whatever numbers they have here.
-        shell = f'exec "$0" "$@" 3<&{to_read} 4>&{from_write}'
+        shell = f'exec "$0" "$@" 8<&{to_read} 9>&{from_write} 3<&8 4>&9 8<&- 9>&-'
         process = subprocess.Popen(
-            ["sh", "-c", shell, CHROMIUM, *ARGUMENTS, f"--user-data-dir={profile}", "about:blank"],
+            ["bash", "-c", shell, CHROMIUM, *ARGUMENTS, f"--user-data-dir={profile}", "about:blank"],
             pass_fds=(to_read, from_write),
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
         os.close(to_read)
         os.close(from_write)
-        tab = None
         try:
-            tab = Browser(process, to_write, from_read)
-            yield tab
+            with os.fdopen(from_read, "rb") as answers:
+                tab = Browser(process, to_write, answers)
+                yield tab
+                tab.close()
         finally:
-            if tab is not None:
-                with contextlib.suppress(OSError, AssertionError, ValueError):
-                    tab._session = ""
-                    tab.ask("Browser.close")
-                tab._in.close()
             os.close(to_write)
             try:
                 process.wait(10)

@@ -27,7 +27,7 @@ def survey_figure(survey: Survey, shadow: Shadow | None, path: Path | str, title
     Raises:
         RunFolderError: the PNG cannot be written.
     """
-    tracks = [track for track in shadow.tracks if track.times_s] if shadow else []
+    tracks = [track for track in shadow.tracks if track.velocity_nwu_m_s] if shadow else []
     figure = canvas.new_figure(title, _subtitle(survey, located=bool(tracks)))
     vehicle = survey.main_vehicle()
     if shadow and tracks:
@@ -89,7 +89,7 @@ def _draw_panels(panels: Sequence[Axes], shadow: Shadow, tracks: Sequence[Shadow
         _note(panel, "velocity: RMS difference", rms[axis], "m/s")
     canvas.legend(north)
     _draw_accelerations(acceleration, tracks)
-    for track in (track for track in shadow.tracks if track.heading_times_s):
+    for track in (track for track in shadow.tracks if track.yaw_rate_rad_s):
         rates = [[math.degrees(v) for v in s] for s in (track.yaw_rate_rad_s, track.logged_yaw_rate_rad_s)]
         _compare(yaw_rate, track.heading_times_s, rates[0], rates[1], canvas.PURPLE, first=track is tracks[0])
     canvas.least_span(yaw_rate, 4.0)

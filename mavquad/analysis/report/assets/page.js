@@ -357,7 +357,8 @@
       item.addEventListener("click", () => {
         const half = (view[1] - view[0]) / 2;
         if (s < view[0] || s > view[1]) setView(s - half, s + half);
-        charts[0]?.setCursor({ left: charts[0].valToPos(s, "x"), top: 10 });
+        // uPlot takes a new scale at the end of this task.
+        requestAnimationFrame(() => charts[0]?.setCursor({ left: charts[0].valToPos(s, "x"), top: 10 }));
       });
       list.append(item);
       return item;
@@ -429,6 +430,7 @@
     setView(...data.view_s);
     root.dataset.panels = String(data.panels.length);
     root.dataset.ready = "yes";
+    window.report = { charts, setView, view: () => view };  // for whoever opens the console
   }
 
   begin();

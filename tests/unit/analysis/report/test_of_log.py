@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from tests.unit.analysis.report.logs import PX4_LOITER, PX4_OFFBOARD, START_US, LogFile, circling
 
 from mavquad.analysis.report.modes import mode_name
 from mavquad.analysis.report.of_log import read_log, report_of_log
 from mavquad.protocol.codec import mavlink
+from tests.unit.analysis.report.logs import PX4_LOITER, PX4_OFFBOARD, START_US, LogFile, circling
 
 
 @pytest.fixture

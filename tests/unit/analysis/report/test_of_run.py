@@ -25,22 +25,10 @@ FILES = {
 }
 
 
-@pytest.fixture(scope="module")
-def flown(tmp_path_factory):
-    """A short lockstep flight."""
-    from mavquad.cli.sim import sim
-    from mavquad.config import Override
-
-    folder = tmp_path_factory.mktemp("flight") / "run"
-    given = {"mission.name": "goto", "mission.offset_ned_m": "[0.6, 0.3, -0.4]"}
-    assert sim(None, [Override(key, text) for key, text in given.items()], folder, as_json=True) == 0
-    return folder
-
-
 @pytest.fixture
-def run(flown, tmp_path):
+def run(flown_run, tmp_path):
     """A copy of it to spoil."""
-    shutil.copytree(flown, tmp_path / "run")
+    shutil.copytree(flown_run, tmp_path / "run")
     return tmp_path / "run"
 
 
@@ -52,21 +40,21 @@ def lines(report):
     return {(panel.key, line.name): line for panel in report.panels for line in panel.lines}
 
 
-def test_every_flight_leaves_the_page(flown):
-    assert {path.name for path in flown.iterdir()} >= FILES
-    text = (flown / "report.html").read_text()
+def test_every_flight_leaves_the_page(flown_run):
+    assert {path.name for path in flown_run.iterdir()} >= FILES
+    text = (flown_run / "report.html").read_text()
     assert text.startswith("<!doctype html>") and text.endswith("</html>\n")
 
 
-def test_it_is_the_page_that_is_made_afterwards(flown):
-    assert page(report_of(flown)) == (flown / "report.html").read_text()
+def test_it_is_the_page_that_is_made_afterwards(flown_run):
+    assert page(report_of(flown_run)) == (flown_run / "report.html").read_text()
 
 
-def test_lines_are_the_traces(flown):
-    with (flown / "trace.csv").open() as stream:
+def test_lines_are_the_traces(flown_run):
+    with (flown_run / "trace.csv").open() as stream:
         rows = list(csv.DictReader(stream))
-    found = lines(report_of(flown))
-    start_us = json.loads((flown / "notes.jsonl").read_text().splitlines()[0])["stamp_us"]
+    found = lines(report_of(flown_run))
+    start_us = json.loads((flown_run / "notes.jsonl").read_text().splitlines()[0])["stamp_us"]
     error = found["error", "north"]
     assert len(error.values) == len(rows)
     for index in (0, 100, -1):
@@ -80,14 +68,14 @@ def test_lines_are_the_traces(flown):
         assert found["commands", "pitch"].values[index] == row["control_pitch_norm"]
 
 
-def test_the_path_is_what_was_flown(flown):
-    flown_track, reference = report_of(flown).tracks
+def test_the_path_is_what_was_flown(flown_run):
+    flown_track, reference = report_of(flown_run).tracks
     assert (flown_track.name, reference.name, reference.dashed) == ("flown", "reference", True)
     np.testing.assert_allclose(reference.points_m[-1] - reference.points_m[0], [0.6, 0.3, 0.4], atol=0.03)
 
 
-def test_phases_and_modes_are_lanes(flown):
-    lanes = {lane.name: lane for lane in report_of(flown).lanes}
+def test_phases_and_modes_are_lanes(flown_run):
+    lanes = {lane.name: lane for lane in report_of(flown_run).lanes}
     phases = [span.name for span in lanes["phase"].spans]
     assert phases[0] == "connecting" and "flying" in phases and phases[-1] == "done"
     assert "OFFBOARD" in [span.name for span in lanes["mode"].spans]
@@ -113,10 +101,10 @@ def test_a_limit_that_is_active_to_the_end(make_trace):
     assert limit_lanes(rows, times_s)[1].spans[-1].to_s == times_s[-1]
 
 
-def test_texts_are_told_once_with_their_severity(flown):
-    marks = report_of(flown).marks
+def test_texts_are_told_once_with_their_severity(flown_run):
+    marks = report_of(flown_run).marks
     said = [mark for mark in marks if mark.kind == "vehicle"]
-    assert len(said) == sum('"vehicle"' in line for line in (flown / "notes.jsonl").read_text().splitlines())
+    assert len(said) == sum('"vehicle"' in line for line in (flown_run / "notes.jsonl").read_text().splitlines())
     assert all(mark.severity is not None for mark in said)
 
 
