@@ -12,7 +12,7 @@ from mavquad.errors import MavquadError
 from mavquad.flight.law_flight import LawFlight
 from mavquad.flight.machine import Phase
 from mavquad.flight_record import Note, Status, TraceRow
-from mavquad.protocol.codec import Message, decode, mavlink, message_id
+from mavquad.protocol.codec import Message, decode, frame_sequence, frame_source, mavlink, message_id
 from mavquad.protocol.link import Link, heartbeat
 from mavquad.protocol.param_record import ChangedParameters
 from mavquad.protocol.timesync import TimeSync
@@ -32,6 +32,7 @@ class Agent:
         """`key`: of MAVLink 2 signing; it is no part of the parameters, which are kept in the run folder."""
         start_us = floor_to_grid_us(start_us)
         self._outbox: list[bytes] = []
+        self._ourselves = (params.link.system_id, params.link.component_id)
         self._silence_us = grid_us(params.link.heartbeat_timeout_s)
         self._heartbeat_us = start_us if params.link.speaks_first else NEVER_US
         self._now_us = start_us
@@ -47,12 +48,15 @@ class Agent:
         if self._heartbeat_us == NEVER_US and not self.done:
             self._send_heartbeat()
         is_known = self.link.vehicle is not None
+        number = message_id(data)
         if not self.link.accept(data, now_us) or self.done:
+            if number == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
+                self._notice_ground_station(data, now_us)
             return
         if not is_known:
             self.sync.start(now_us)
+        self._captain.heard_frame(frame_sequence(data), now_us)
         # A message that nobody here reads is not worth decoding.
-        number = message_id(data)
         if number == mavlink.MAVLINK_MSG_ID_TIMESYNC:
             self._on_timesync(decode(data), now_us)
         elif self._captain.hears(number):
@@ -90,6 +94,11 @@ class Agent:
         self._heartbeat_us = self._now_us + HEARTBEAT_US
         self._send(heartbeat())
 
+    def _notice_ground_station(self, data: bytes, now_us: int) -> None:
+        """On the vehicle's link, another than us: a pilot's."""
+        if frame_source(data) != self._ourselves and decode(data).type == mavlink.MAV_TYPE_GCS:
+            self._captain.heard_ground_station(now_us)
+
     def _on_timesync(self, message: Message, now_us: int) -> None:
         answer = self.sync.on_message(message, now_us)
         if answer is not None:
@@ -117,6 +126,11 @@ class Agent:
         """Whether `changed_parameters` must be kept where they survive us, and `kept` be called."""
         preparation = self._captain.preparation
         return preparation.changed is not None and not preparation.kept
+
+    def late(self, now_us: int, lateness_us: float) -> None:
+        """The driver saw a setpoint leave so late."""
+        self._now_us = now_us
+        self._captain.late(now_us, lateness_us)
 
     def kept(self, now_us: int) -> None:
         """`changed_parameters` are kept where they survive us: the vehicle's parameters may be changed."""

@@ -16,6 +16,7 @@ from mavquad.errors import MavquadError
 from mavquad.flight import reasons
 from mavquad.flight.airframe import HoverThrust, within_hover
 from mavquad.flight.control import Control
+from mavquad.flight.guard_set import GuardSet
 from mavquad.flight.guards import HOLD, LAND, PILOT, RETURN, Reaction, Tripped
 from mavquad.flight.law_flight import LawFlight
 from mavquad.flight.machine import IN_FLIGHT, Event, Phase, next_phase
@@ -106,7 +107,7 @@ class Captain:
     def on_deadline(self, now_us: int) -> None:
         """Act on whatever is due."""
         self._now_us = now_us
-        self._trip(self._control.stale(now_us))
+        self._trip(self._control.silence(now_us))
         self._repeat_requests()
         if now_us >= self._refusal_us:
             self._fire(Event.REFUSED, reasons.refused(self._exchange, self._refusal_result, self._said()))
@@ -117,6 +118,21 @@ class Captain:
     def measured_round_trip(self, round_trip_us: int) -> None:
         """The vehicle answered a TIMESYNC of ours."""
         self._vehicle.round_trip_us = round_trip_us
+        self._trip(self._control.guards.on_round_trip(round_trip_us))
+
+    def heard_frame(self, sequence: int, now_us: int) -> None:
+        """A frame of the vehicle, whatever it holds."""
+        self._now_us = now_us
+        self._trip(self._control.guards.on_frame(sequence, now_us))
+
+    def heard_ground_station(self, now_us: int) -> None:
+        """A HEARTBEAT of a ground station that is not ours."""
+        self._control.guards.gcs.heard(now_us)
+
+    def late(self, now_us: int, lateness_us: float) -> None:
+        """The driver tells that a setpoint left late."""
+        self._now_us = now_us
+        self._trip(self._control.guards.on_late(round(lateness_us), now_us))
 
     def lose(self, now_us: int) -> None:
         """The vehicle is silent."""
@@ -361,7 +377,8 @@ class Captain:
             return f"a round trip over the link takes {round_trip_us * 1e-6:.2f} s: too slow to fly on"
         if pose.attitude is None or pose.position is None:
             return "no pose"
-        return "; ".join(shortfalls(self._params.streams, vehicle.streams, self._now_us))
+        fault = self._control.guards.not_ready()
+        return fault or "; ".join(shortfalls(self._params.streams, vehicle.streams, self._now_us))
 
     def _arms_here(self) -> bool:
         return self._firmware.arms_in in (None, self._vehicle.mode)
@@ -387,7 +404,10 @@ class Captain:
         self._request(commands.takeoff(self._firmware, self._takeoff.altitude_m))
 
     def _enter_engaging(self) -> None:
-        self._control.on = True
+        asked, streams = self._params.streams, self._vehicle.streams
+        attitude_hz = min(asked.attitude_hz, streams["ATTITUDE"].rate_hz(self._now_us))
+        position_hz = min(asked.position_hz, streams["LOCAL_POSITION_NED"].rate_hz(self._now_us))
+        self._control.start(attitude_hz, position_hz, self._now_us)
         # Where the vehicle is in the mode already, what is sent acts.
         self._control.law.in_control = self._firmware.acts_at_once
 
@@ -535,6 +555,10 @@ class Captain:
     def _on_sys_status(self, message: Message) -> None:
         self._vehicle.take_sys_status(message)
         self._check_identity()
+        self._on_guarded(message)
+
+    def _on_guarded(self, message: Message) -> None:
+        self._trip(self._control.guards.on_message(message, self._now_us))
 
     def _on_extended_state(self, message: Message) -> None:
         """On the ground and still armed well after touch-down: the autopilot does not disarm by itself."""
@@ -558,6 +582,7 @@ class Captain:
         if isinstance(attitude, Tripped):
             self._trip(attitude)
         elif attitude is not None:
+            self._trip(self._control.guards.on_attitude(attitude, self._now_us))
             # Where positions step the law and are late, it flies on its prediction.
             self._fly(self._control.law.steps_on_attitude or self._control.pose.authority(self._now_us) < 1.0)
 
@@ -570,6 +595,7 @@ class Captain:
             self._on_fresh_position(position)
 
     def _on_fresh_position(self, position: Position) -> None:
+        self._trip(self._control.guards.on_position(position, self._now_us))
         law = self._control.law
         if self.phase is Phase.WAITING and not self._not_ready():
             self._fire(Event.READY)
@@ -596,7 +622,9 @@ class Captain:
             return
         self._trip(self._control.checked(self._ground_m))
         setpoint = self._control.step(self._target, self._phase_name, self._now_us) if steps else None
-        if setpoint is None:
+        if isinstance(setpoint, Tripped):
+            self._trip(setpoint)
+        if setpoint is None or isinstance(setpoint, Tripped):
             return
         self._send(setpoint)
         asks = self.phase is Phase.ENGAGING and self._control.sent == SETPOINTS_BEFORE_OFFBOARD
@@ -634,4 +662,5 @@ class Captain:
         mavlink.MAVLINK_MSG_ID_SYS_STATUS: _on_sys_status,
         mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: _on_extended_state,
         mavlink.MAVLINK_MSG_ID_STATUSTEXT: _on_statustext,
+        **dict.fromkeys(GuardSet.MESSAGES.keys() - {mavlink.MAVLINK_MSG_ID_SYS_STATUS}, _on_guarded),
     }

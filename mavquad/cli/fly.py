@@ -57,11 +57,16 @@ async def _fly(config: Config, run_dir: Path, as_json: bool) -> int:
 
 
 async def _drive(agent: Agent, driver: LiveDriver, flight: Flight, as_json: bool) -> None:
+    limit_us = flight.config.guards.lateness.limit_ms * 1e3
     with _stops_on_signals(driver):
         try:
             with Display(quiet=as_json) as display:
                 while not agent.done:
+                    looked_at = len(driver.lateness_us)
                     await driver.wait(REFRESH_S)
+                    worst_us = max(driver.lateness_us[looked_at:], default=0)
+                    if worst_us > limit_us > 0.0:
+                        driver.command("late", worst_us)
                     display.update(agent, flight.collect(agent, driver.take_notes()))
                     if agent.awaits_record:
                         flight.keep_parameters(agent)

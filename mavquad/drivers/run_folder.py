@@ -32,7 +32,7 @@ from mavquad.flight_record import Note, TraceRow
 from mavquad.tlog import TlogWriter
 
 FLUSH_US = 1_000_000
-EVENT_ARGUMENTS = {"start": (0,), "kept": (0,), "stop": (0,), "goto": (3, 4), "land": (0,), "end": (0,)}
+EVENT_ARGUMENTS = {"start": (0,), "kept": (0,), "stop": (0,), "goto": (3, 4), "land": (0,), "late": (1,), "end": (0,)}
 """How many arguments each event may have; goto: north, east, down in m, and yaw where it is given. The driver says
 kept when what a flight is about to change on its vehicle is safe in the run folder."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from mavquad.control.params import LawParams
 from mavquad.endpoint import NEVER_US
+from mavquad.flight.guard_set import GuardSet
 from mavquad.flight.guards import GuardParams, Tripped, check
 from mavquad.flight.law_flight import LawFlight
 from mavquad.flight.pose import PoseIntake
@@ -24,6 +25,7 @@ class Control:
     Attributes:
         law: from measurements to controls.
         pose: what was measured.
+        guards: those that watch more than the latest pose; fed from the first message on.
         on: whether the law answers measurements with setpoints.
         last_row: of the law's last step; None before the first.
         sent: setpoints of the law.
@@ -36,6 +38,7 @@ class Control:
         self._safe_us = NEVER_US
         self.law = law
         self.pose = PoseIntake(guards)
+        self.guards = GuardSet(guards)
         self.on = False
         self.last_row: TraceRow | None = None
         self.sent = 0
@@ -50,11 +53,16 @@ class Control:
 
     def next_deadline_us(self) -> int:
         """When the pose becomes too old, or the next safe setpoint is due."""
-        return self.pose.stale_deadline_us() if self.on else self._safe_us
+        if not self.on:
+            return self._safe_us
+        return min(self.pose.stale_deadline_us(), self.guards.next_deadline_us())
 
-    def stale(self, now_us: int) -> Tripped | None:
-        """The guard that an old pose trips, while the law is on."""
-        return self.pose.stale(now_us) if self.on and now_us >= self.pose.stale_deadline_us() else None
+    def silence(self, now_us: int) -> Tripped | None:
+        """The guard that trips because something did not come in time, while the law is on."""
+        if not self.on:
+            return None
+        stale = self.pose.stale(now_us) if now_us >= self.pose.stale_deadline_us() else None
+        return stale or self.guards.on_deadline(now_us)
 
     # ------------------------------------------------------------------ the law
 
@@ -69,6 +77,11 @@ class Control:
         """A LOCAL_POSITION_NED; None if it is old."""
         return self.pose.take_position(message, now_us)
 
+    def start(self, attitude_hz: float, position_hz: float, now_us: int) -> None:
+        """The law answers measurements from now on, which go on coming at these rates."""
+        self.on = True
+        self.guards.begin(attitude_hz, position_hz, now_us)
+
     def checked(self, ground_m: float) -> Tripped | None:
         """The first guard that the latest pose trips."""
         attitude, position = self.pose.attitude, self.pose.position
@@ -81,14 +94,17 @@ class Control:
         self.law.choose(law, depth)
         self.pose.choose(depth)
 
-    def step(self, target: Target, phase: str, now_us: int) -> Message | None:
-        """The law's answer to the latest pose; None while it is off, or the pose is not whole."""
+    def step(self, target: Target, phase: str, now_us: int) -> Message | Tripped | None:
+        """The law's answer to the latest pose, or the guard that it trips; None while it is off, or the pose is not whole."""
         attitude, position = self.pose.attitude, self.pose.position
         if not self.on or attitude is None or position is None:
             return None
         row = self.law.step(position, attitude, now_us, phase, self.pose.authority(now_us))
         self.last_row = row
         self._trace.append(row)
+        tripped = self.guards.on_row(row)
+        if tripped is not None:
+            return tripped
         self.sent += 1
         return setpoints.setpoint(now_us, self.law.depth, row.controls, *target)
 

@@ -74,7 +74,7 @@ class PoseIntake:
         """The attitude if it is a fresh measurement; the guard that it trips; None if it is old."""
         attitude = attitude_from(message)
         if attitude is None:
-            return not_a_number("ATTITUDE")
+            return not_a_number("ATTITUDE", self._params.nan.reaction)
         if not self._attitudes.accept(attitude.stamp_us, now_us, self.may_restart):
             self.old += 1
             return None
@@ -85,7 +85,7 @@ class PoseIntake:
         """The position if it is a fresh measurement; the guard that it trips; None if it is old."""
         position = position_from(message)
         if position is None:
-            return not_a_number("LOCAL_POSITION_NED")
+            return not_a_number("LOCAL_POSITION_NED", self._params.nan.reaction)
         if not self._positions.accept(position.stamp_us, now_us, self.may_restart):
             self.old += 1
             return None
@@ -109,5 +109,10 @@ class PoseIntake:
         """The guard that an old pose trips."""
         for name, stream in (("ATTITUDE", self._attitudes), ("LOCAL_POSITION_NED", self._positions)):
             if now_us - stream.sampled_us >= stream.limit_us:
-                return stale(name, min((now_us - stream.sampled_us) * 1e-6, 1e3), stream.limit_us * 1e-6)
+                return stale(
+                    name,
+                    min((now_us - stream.sampled_us) * 1e-6, 1e3),
+                    stream.limit_us * 1e-6,
+                    self._params.stale_reaction,
+                )
         return None

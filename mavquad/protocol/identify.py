@@ -28,7 +28,7 @@ class Identification:
 
     def __init__(self, streams: StreamParams, firmware: Firmware, also: Iterable[str] = ()) -> None:
         """Args: the streams to ask for, whom, and parameters that are read besides the firmware's own."""
-        self._queue: list[Command] = requests(streams)
+        self._queue: list[Command] = requests(streams, firmware)
         self._exchange = CommandExchange()
         own = (firmware.takeoff_parameter, firmware.hover_parameter, *firmware.parameters)
         self._names = tuple(dict.fromkeys(name for name in (*own, *also) if name))

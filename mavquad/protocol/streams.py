@@ -8,6 +8,7 @@ from pydantic import Field
 
 from mavquad.protocol.codec import mavlink
 from mavquad.protocol.command import Command, set_interval
+from mavquad.protocol.firmware import Firmware
 from mavquad.schema import Section
 
 WINDOW_US = 1_000_000
@@ -24,7 +25,7 @@ class StreamParams(Section):
     """The share of the rate asked for that must really arrive before we fly."""
 
 
-def wanted(params: StreamParams) -> tuple[tuple[str, int, float], ...]:
+def wanted(params: StreamParams, firmware: Firmware) -> tuple[tuple[str, int, float], ...]:
     """(name, message id, rate in Hz) of every stream that the agent sets; 0 Hz switches one off."""
     return (
         ("ATTITUDE", mavlink.MAVLINK_MSG_ID_ATTITUDE, params.attitude_hz),
@@ -32,6 +33,8 @@ def wanted(params: StreamParams) -> tuple[tuple[str, int, float], ...]:
         ("ATTITUDE_TARGET", mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET, 10.0),
         ("SYS_STATUS", mavlink.MAVLINK_MSG_ID_SYS_STATUS, 2.0),
         ("EXTENDED_SYS_STATE", mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, 5.0),
+        ("BATTERY_STATUS", mavlink.MAVLINK_MSG_ID_BATTERY_STATUS, 1.0),
+        (*firmware.estimator, 5.0),
         ("ATTITUDE_QUATERNION", mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION, 0.0),
         ("GLOBAL_POSITION_INT", mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, 0.0),
         ("HIGHRES_IMU", mavlink.MAVLINK_MSG_ID_HIGHRES_IMU, 0.0),
@@ -39,9 +42,9 @@ def wanted(params: StreamParams) -> tuple[tuple[str, int, float], ...]:
     )
 
 
-def requests(params: StreamParams) -> list[Command]:
+def requests(params: StreamParams, firmware: Firmware) -> list[Command]:
     """The commands that ask for the wanted streams."""
-    return [set_interval(name, message_id, rate_hz) for name, message_id, rate_hz in wanted(params)]
+    return [set_interval(name, message_id, rate_hz) for name, message_id, rate_hz in wanted(params, firmware)]
 
 
 class StreamMonitor:

@@ -16,6 +16,7 @@ from mavquad.agent import Agent
 from mavquad.agent_params import AgentParams, FlightParams
 from mavquad.control.params import LawParams
 from mavquad.drivers.runner import Runner
+from mavquad.flight.guard_motion import JumpParams
 from mavquad.flight.guards import GuardParams
 from mavquad.flight.machine import Phase
 from mavquad.flight.mission import MissionParams
@@ -40,7 +41,13 @@ SETPOINT = "SET_ACTUATOR_CONTROL_TARGET"
 PARAMS = AgentParams(
     link=LinkParams(url="udpin:127.0.0.1:14540"),
     flight=FlightParams(settle_s=0.5),
-    guards=GuardParams(stale_attitude_s=0.1, stale_attitude_at_torque_s=0.1, late_position_s=0.1, stale_position_s=0.1),
+    guards=GuardParams(
+        stale_attitude_s=0.1,
+        stale_attitude_at_torque_s=0.1,
+        late_position_s=0.1,
+        stale_position_s=0.1,
+        jump=JumpParams(position_m=0.0),
+    ),
     mission=MissionParams(name="hover", duration_s=2.5),
     parameters=VehicleParameters(px4={}, arducopter={}),
 )
@@ -193,7 +200,7 @@ class ScriptedVehicle:
             self.say(heartbeat(self.autopilot, self.kind, self.mode, self.armed))
         if self.due(500, at_ms=250):
             health = (0x10000000 if self.prearm else 0) | (0x10000 if self.transmitter else 0)
-            self.say(mavlink.MAVLink_sys_status_message(health, health, health, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0))
+            self.say(mavlink.MAVLink_sys_status_message(health, health, health, 0, 65535, -1, -1, 0, 0, 0, 0, 0, 0))
         if self.due(200, at_ms=50):
             landed = mavlink.MAV_LANDED_STATE_IN_AIR if self.height_m > 0.0 else mavlink.MAV_LANDED_STATE_ON_GROUND
             self.say(mavlink.MAVLink_extended_sys_state_message(0, landed))

@@ -74,6 +74,7 @@ ARDUCOPTER = Firmware(
     takeoff_parameter="",
     takeoff_m=2.5,
     hover_parameter="MOT_THST_HOVER",
+    estimator=("EKF_STATUS_REPORT", mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT),
     high_share=0.85,  # no mode tells that the climb is over
     parameters=("GUID_OPTIONS", "GUID_TIMEOUT"),
 )

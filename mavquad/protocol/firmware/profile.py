@@ -46,6 +46,7 @@ class Firmware:
         takeoff_parameter: the parameter that is the height of a takeoff; "" where the command says it.
         takeoff_m: height of the takeoff where nothing else says it.
         hover_parameter: the autopilot's own hover thrust.
+        estimator: name and id of the message that tells how its estimator does.
         high_share: the share of the takeoff's height above which a steady hover is the takeoff's end.
         parameters: read besides those, for the explanations.
     """
@@ -65,6 +66,7 @@ class Firmware:
     takeoff_parameter: str
     takeoff_m: float
     hover_parameter: str
+    estimator: tuple[str, int]
     high_share: float
     parameters: tuple[str, ...] = ()
 

@@ -65,6 +65,7 @@ PX4 = Firmware(
     takeoff_parameter="MIS_TAKEOFF_ALT",
     takeoff_m=0.0,
     hover_parameter="MPC_THR_HOVER",
+    estimator=("ESTIMATOR_STATUS", mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS),
     high_share=0.5,  # the mode tells that the climb is over, and a real estimate drifts by a metre
     parameters=("COM_RCL_EXCEPT",),
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from mavquad.protocol.codec import mavlink
+from mavquad.protocol.firmware import PX4
 from mavquad.protocol.streams import StreamMonitor, StreamParams, requests, shortfalls, wanted
 
 
@@ -59,9 +60,9 @@ def test_both_streams_are_named():
 
 
 def test_the_requests_set_the_intervals():
-    commands = requests(StreamParams(position_hz=50.0, attitude_hz=200.0))
+    commands = requests(StreamParams(position_hz=50.0, attitude_hz=200.0), PX4)
     intervals = {int(command.params[0]): command.params[1] for command in commands}
     assert intervals[mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED] == 20_000.0
     assert intervals[mavlink.MAVLINK_MSG_ID_ATTITUDE] == 5_000.0
     assert intervals[mavlink.MAVLINK_MSG_ID_HIGHRES_IMU] == -1.0
-    assert len(commands) == len(wanted(StreamParams()))
+    assert len(commands) == len(wanted(StreamParams(), PX4))
