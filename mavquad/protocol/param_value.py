@@ -81,7 +81,7 @@ def fitted(value: float, kind: int, encoding: Encoding) -> ParamNumber:
 
 def encode_value(value: ParamNumber, kind: int, encoding: Encoding) -> float:
     """What stands in PARAM_SET.param_value for a `fitted` number."""
-    if kind == _REAL or encoding is Encoding.CAST:
+    if encoding is Encoding.CAST:
         return float(value)
     raw = struct.pack(_CODES[kind], value).ljust(4, b"\0")
     packed: float = struct.unpack("<f", raw)[0]

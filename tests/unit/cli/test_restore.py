@@ -147,10 +147,10 @@ def test_a_run_in_simulation_has_no_vehicle_to_go_back_to(cli, run):
 # ---------------------------------------------------------------------- whom it takes for the vehicle
 
 
-def heartbeat(armed: bool = False) -> bytes:
+def heartbeat(armed: bool = False, component: int = 1) -> bytes:
     mode = mavlink.MAV_MODE_FLAG_SAFETY_ARMED if armed else 0
     message = mavlink.MAVLink_heartbeat_message(2, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mode, 4, 4, 3)
-    return Encoder(1, 1).encode(message)
+    return Encoder(1, component).encode(message)
 
 
 def restorer(**options: bool) -> Restorer:
@@ -177,6 +177,15 @@ def test_an_armed_vehicle_is_not_spared_where_one_insists():
     assert endpoint.error is None
     assert endpoint.armed
     assert sent(endpoint) == ["HEARTBEAT", "PARAM_REQUEST_READ"]
+
+
+def test_another_component_of_the_same_system_is_left_alone():
+    endpoint = restorer()
+    endpoint.receive(heartbeat(component=2), START_US + 4)
+    assert endpoint.error is not None
+    assert endpoint.error.message == (
+        "the run was flown on ARDUPILOTMEGA 1/1, and what is heard there is ARDUPILOTMEGA 1/2"
+    )
 
 
 def test_one_that_is_armed_meanwhile_is_left_alone_from_then_on():

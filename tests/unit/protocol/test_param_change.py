@@ -12,7 +12,7 @@ import pytest
 from mavquad.endpoint import NEVER_US
 from mavquad.protocol.codec import Encoder, decode, mavlink
 from mavquad.protocol.param_change import MAX_TRIES, RETRY_US, ParamChange, restoring
-from mavquad.protocol.param_value import Encoding
+from mavquad.protocol.param_value import Encoding, encoding_of
 
 TARGET = (1, 1)
 CODES = {
@@ -27,7 +27,8 @@ PX4 = {"COM_RCL_EXCEPT": (INT32, 0), "COM_OF_LOSS_T": (REAL32, 1.0)}
 
 @dataclass
 class Vehicle:
-    """Answers after `delay_us`; `limits` clamp a value, `stubborn` ones are not changed, `twice` tells a change again.
+    """Answers after `delay_us`; `limits` clamp a value, `stubborn` ones are not changed, `twice` tells a change again;
+    `curt`, it answers no PARAM_SET; `forgets` so many changes after it has told them.
 
     Its wire is written here once more, with struct alone.
     """
@@ -40,6 +41,8 @@ class Vehicle:
     limits: dict = field(default_factory=dict)
     stubborn: tuple = ()
     twice: bool = False
+    curt: bool = False
+    forgets: int = 0
     heard: list = field(default_factory=list)
     under_way: deque = field(default_factory=deque)
 
@@ -53,11 +56,16 @@ class Vehicle:
         if self.random.random() < self.loss or message.param_id not in self.values:
             return
         name, changes = message.param_id, message.get_type() == "PARAM_SET"
+        before = self.values[name]
         if changes and name not in self.stubborn:
             self.set(name, message)
+        if changes and self.curt:
+            return
         for delay_us in (self.delay_us, self.delay_us + 8_000)[: 1 + (changes and self.twice)]:
             if self.random.random() >= self.loss:
                 self.under_way.append((now_us + delay_us, self.value(name)))
+        if changes and self.forgets:
+            self.forgets, self.values[name] = self.forgets - 1, before
 
     def set(self, name, message):
         kind, value = self.parameters[name][0], message.param_value
@@ -225,6 +233,25 @@ def test_an_ignored_set_is_told_and_the_others_are_changed():
     exchange = ardupilot({"GUID_OPTIONS": 8, "GUID_TIMEOUT": 0.5}, stubborn=("GUID_OPTIONS",)).run_all()
     assert exchange.change.failed == "GUID_OPTIONS: the vehicle keeps it at 0, 8 was asked for"
     assert exchange.vehicle.values["GUID_TIMEOUT"] == 0.5
+
+
+@pytest.mark.parametrize("stubborn", [(), ("GUID_TIMEOUT",)])
+def test_a_vehicle_that_answers_no_set_is_asked_what_came_of_it(stubborn):
+    exchange = ardupilot({"GUID_TIMEOUT": 0.5}, curt=True, stubborn=stubborn).run_all()
+    assert exchange.vehicle.values["GUID_TIMEOUT"] == (3.0 if stubborn else 0.5)
+    assert ("the vehicle keeps it at 3, 0.5 was asked for" in exchange.change.failed) == bool(stubborn)
+
+
+def test_what_is_told_but_not_kept_is_set_again():
+    exchange = ardupilot({"GUID_TIMEOUT": 0.5}, forgets=2).run_all()
+    assert exchange.change.failed == ""
+    assert exchange.vehicle.values["GUID_TIMEOUT"] == 0.5
+    assert len(exchange.vehicle.sets()) == 3
+
+
+def test_who_packs_its_integers_how():
+    assert encoding_of(mavlink.MAV_AUTOPILOT_PX4) is Encoding.BYTEWISE
+    assert encoding_of(mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA) is Encoding.CAST
 
 
 def test_a_vehicle_that_falls_silent_after_the_reading():
