@@ -59,6 +59,7 @@ def test_texts_stay_texts():
     assert [tag for tag, _ in evil.found] == [tag for tag, _ in plain.found]
     assert json.loads(evil.scripts[0])["marks"][0][2] == EVIL
     assert evil.scripts[1:] == plain.scripts[1:]
+    assert not set("<>&\u2028") & set(evil.scripts[0])
 
 
 def test_nothing_is_asked_for():
