@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 from pathlib import Path
 
 import pytest
@@ -14,22 +13,9 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from mavquad.errors import InternalError, LogError
 from mavquad.tlog import Record, TlogWriter, pack_record, read_records, scan
+from tests.tlog_reference import FRAMES_OF, LOGS
 
 T0_US = 1_700_000_000_000_000
-LOGS = Path(os.environ.get("MAVQUAD_TLOGS") or Path(__file__).resolve().parents[3] / "shared" / "tlogs")
-FRAMES_OF = {
-    "ac_cybersim_4hz_v2.tlog": (24794, 0),
-    "ac_dronekit_v1.tlog": (75477, 0),
-    "ac_galfy_swarm_v2.raw": (29119, 0),
-    "ac_galfy_swarm_v2.tlog": (30902, 0),
-    "ac_gridlines_kresge01_v1_trunc.tlog": (7656, 0),
-    "ac_lucagemma_corrupt_v1v2.tlog": (9514, 0),
-    "ac_tlog_mixed_v1v2.tlog": (10277, 0),
-    "ac_wlichon_hbspoof_v1v2.tlog": (10182, 0),
-    "px4_semvdh_hexa_46hz_v2.tlog": (4520, 30),
-    "px4-v1.13.3-a.tlog": (40794, 94),
-}
-"""Good frames, and frames of messages that the dialect does not know."""
 
 
 def frame_of(value, kind="v2"):
