@@ -337,7 +337,7 @@ class Captain:
         if not self._params.flight.force:
             check_margins(law, self._params.streams, depth, "configuration")
         self._control.choose(law, depth)
-        self._note("law", f"depth {depth}, measurements {law.measured()}")
+        self._note("law", f"depth {depth}, measurements {law.measured(depth)}")
 
     def _enter_preparing(self) -> None:
         found, vehicle = self._identification.parameters, self._vehicle

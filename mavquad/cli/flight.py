@@ -102,7 +102,7 @@ class Flight:
             "error_of": "the position that the autopilot estimates, against the reference",
             "vehicle": status.vehicle,
             "depth": status.depth or None,
-            "measurements": self.config.law.measured(),
+            "measurements": agent.law.measurements,
             "hover_thrust_norm": status.hover_thrust_norm if status.setpoints_sent else None,
             "setpoints_sent": status.setpoints_sent,
             "safe_setpoints": status.safe_setpoints,

@@ -16,6 +16,7 @@ from mavquad.cli.mock_options import refuse_without_mock
 from mavquad.cli.mock_process import start_mock
 from mavquad.cli.outcome import show
 from mavquad.config import Config, Override
+from mavquad.drivers.collector import without_collector
 from mavquad.drivers.key_file import key_of
 from mavquad.drivers.live import Clock, LiveDriver, open_live
 from mavquad.errors import Abandoned, EndpointError
@@ -51,7 +52,8 @@ async def _fly(config: Config, run_dir: Path, as_json: bool) -> int:
         except EndpointError:
             flight.folder.discard()
             raise
-        await _drive(agent, driver, flight, as_json)
+        with without_collector():
+            await _drive(agent, driver, flight, as_json)
         wall_s = time.perf_counter() - started
         return flight.finish(agent, driver.runner, start_us, wall_s, driver.lateness_us, {}, as_json)
 

@@ -16,7 +16,8 @@ from mavquad.cli.display import Display
 from mavquad.cli.flight import Flight, default_run_dir, load_config
 from mavquad.config import Override
 from mavquad.drivers.key_file import key_of
-from mavquad.drivers.lockstep import START_US, Lockstep, without_collector
+from mavquad.drivers.collector import without_collector
+from mavquad.drivers.lockstep import START_US, Lockstep
 from mavquad.flight.machine import Phase
 from mavquad.frames import ned_from_nwu
 from mavquad.types import Vec3

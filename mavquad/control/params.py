@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, PlainSerializer, model_validator
 
-from mavquad.control.defaults import CHAIN_LENGTHS, DEPTHS, Autopilot, Defaults, Measurements, defaults
+from mavquad.control.defaults import CHAIN_LENGTHS, DEPTHS, MEASUREMENTS, Autopilot, Defaults, Measurements, defaults
 from mavquad.control.gains import Polynomial, chain_gains
 from mavquad.schema import Section
 from mavquad.types import Depth
@@ -73,7 +73,7 @@ class LawParams(Section):
     is met, PX4's."""
     measurements: Literal["auto", "position_yaw", "position_attitude", "full"] = "auto"
     """What the observer is corrected by: position and yaw (the paper); roll and pitch besides; velocity and body rates
-    besides. "auto": full, at every depth."""
+    besides. "auto": full; on PX4 at depth rate position_attitude."""
     decoupling: Literal["auto", "attitude", "constant"] = "auto"
     """The input gain that is inverted: at the measured attitude, or b(0, yaw), as the paper has it. "auto": attitude, but
     constant at depth torque with position and yaw alone, whose noisy thrust demand would shake roll and pitch."""
@@ -137,7 +137,7 @@ class LawParams(Section):
 
     def own(self, depth: Depth) -> Defaults:
         """What "auto" stands for at a depth."""
-        return defaults("px4" if self.autopilot == "auto" else self.autopilot, depth, self.measured())
+        return defaults(self._autopilot(), depth, self.measured(depth))
 
     def delay(self) -> float:
         """`delay_s`, "auto" resolved; s. It is the same at every depth."""
@@ -151,14 +151,17 @@ class LawParams(Section):
         b = own.angular_friction_1_s if self.angular_friction_1_s is None else self.angular_friction_1_s
         return a, b
 
-    def measured(self) -> Measurements:
-        """The measurement set, "auto" resolved."""
-        return "full" if self.measurements == "auto" else self.measurements
+    def measured(self, depth: Depth) -> Measurements:
+        """The measurement set at a depth, "auto" resolved."""
+        return MEASUREMENTS[self._autopilot(), depth] if self.measurements == "auto" else self.measurements
+
+    def _autopilot(self) -> Autopilot:
+        return "px4" if self.autopilot == "auto" else self.autopilot
 
     def constant_gain(self, depth: Depth) -> bool:
         """The decoupling, "auto" resolved."""
         if self.decoupling == "auto":
-            return depth == "torque" and self.measured() == "position_yaw" and self.form == "output_feedback"
+            return depth == "torque" and self.measured(depth) == "position_yaw" and self.form == "output_feedback"
         return self.decoupling == "constant"
 
     @model_validator(mode="after")

@@ -109,7 +109,7 @@ def _place(params: LawParams, own: Defaults, depth: Depth, lag_s: float, dead_s:
     length = CHAIN_LENGTHS[depth]
     omega0 = _given(params.omega0_rad_s, own.omega0_rad_s)
     kappas = {0: _given(params.kappa_rad_s, own.kappa_per_omega0 * omega0)}
-    measured = params.measured()
+    measured = params.measured(depth)
     if measured == "full":
         kappas[VELOCITY] = _given(params.velocity_kappa_rad_s, own.velocity_kappa_rad_s)
     if measured != "position_yaw":
@@ -129,7 +129,7 @@ def _turn(params: LawParams, own: Defaults, depth: Depth) -> ChannelTuning:
     length = YAW_LENGTHS[depth] + params.yaw_padding
     omega0 = _given(params.yaw_omega0_rad_s, own.yaw_omega0_rad_s)
     kappas = {0: _given(params.yaw_kappa_rad_s, own.yaw_kappa_per_omega0 * omega0)}
-    if params.measured() == "full" and depth == "torque":
+    if params.measured(depth) == "full" and depth == "torque":
         kappas[1] = _given(params.rates_kappa_rad_s, own.rates_kappa_rad_s)
     lag_s = _given(params.yaw_lag_s, own.yaw_lag_s)
     dead_s = _given(params.yaw_dead_time_s, own.yaw_dead_time_s)

@@ -5,28 +5,15 @@ The link between them is ideal here; delay, jitter and loss belong to an endpoin
 
 from __future__ import annotations
 
-import gc
 from collections import deque
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 
+from mavquad.drivers.collector import without_collector
 from mavquad.drivers.runner import Recorder, Runner
 from mavquad.endpoint import NEVER_US, Endpoint
 
 START_US = 1_577_836_800_000_000
 """Virtual time starts on 2020-01-01, so that the same seed gives the same bytes, stamps included."""
-
-
-@contextmanager
-def without_collector() -> Iterator[None]:
-    """Python's search for cyclic garbage is off: steps leave none (a test holds that), and looking for it costs 8 %."""
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_on:
-            gc.enable()
 
 
 class Lockstep:

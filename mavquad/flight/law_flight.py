@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from mavquad.control.controller import Controller, Trace
+from mavquad.control.defaults import Measurements
 from mavquad.control.model import GRAVITY_M_S2
 from mavquad.control.params import LawParams
 from mavquad.control.reference import Pose, hold
@@ -60,6 +61,11 @@ class LawFlight:
     def origin_nwu_m(self) -> Vec3:
         """Where the law took over."""
         return self._origin.position_nwu_m if self._origin else (0.0, 0.0, 0.0)
+
+    @property
+    def measurements(self) -> Measurements:
+        """What the observer is corrected by."""
+        return self._law.measured(self.depth)
 
     def choose(self, law: LawParams, depth: Depth) -> None:
         """The law as it is for the vehicle that was met, and what it will command."""

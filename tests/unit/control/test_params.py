@@ -216,7 +216,8 @@ def test_which_states_are_measured(depth: Depth, measurements: str, measured: li
 
 def test_what_auto_means_for_the_words() -> None:
     params = LawParams()
-    assert params.measured() == "full"
+    assert [params.measured(depth) for depth in DEPTHS] == ["full", "position_attitude", "full"]
+    assert [params.of("arducopter").measured(depth) for depth in DEPTHS] == ["full"] * 3
     assert params.depths == DEPTHS
     assert LawParams(depth="rate").depths == ("rate",)
     assert [params.constant_gain(depth) for depth in DEPTHS] == [False] * 3

@@ -6,7 +6,7 @@ import gc
 
 import pytest
 
-from mavquad.drivers.lockstep import without_collector
+from mavquad.drivers.collector import without_collector
 from tests.support import prepare, run
 
 
