@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import Field
 
 from mavquad.endpoint import grid_us
-from mavquad.flight.guard_types import GuardSection, Lasting, Reaction, Tripped
+from mavquad.flight.guard_types import GuardSection, Lasting, Tripped
 from mavquad.protocol.codec import Message
 
 _NO_VOLTAGE_MV = 65535
@@ -20,8 +20,6 @@ class BatteryParams(GuardSection):
     """Voltage that must be left, V, under load; 0: off."""
     for_s: float = Field(default=3.0, ge=0.0, le=600.0)
     """How long either must be below, s: the voltage sags for a moment in a climb."""
-    reaction: Reaction = "land"
-    """hold, land, return, or pilot: the pilot's sticks."""
 
 
 class BatteryMonitor:
