@@ -203,18 +203,27 @@ def law_shadow(contents: TlogContents, sender: tuple[int, int], law: LawParams, 
         sender: the vehicle.
         law: what flies in its shadow. Its depth "auto" is attitude: what the setpoints of every autopilot can be held
             against, at any rate of data. Its measurements "auto" are position and attitude: the log's velocity is what the
-            observer's is held against.
+            observer's is held against. Its friction "auto" is none: nobody told it the vehicle's, sigma finds it.
         guards: of which those on old poses count.
     """
     stream = pose_stream(contents, sender)
     aims = targets(contents, sender, stream.geodetic)
     hover = _hover(stream, aims)
     depth: Depth = "attitude" if law.depth == "auto" else law.depth
-    shadow_law = law if law.measurements != "auto" else law.model_copy(update={"measurements": "position_attitude"})
+    shadow_law = _in_shadow(law)
     tune, judge = tuning(shadow_law, depth), Judge(law, guards)
     flown = _Flown(stream, aims, hover, shadow_law, depth, tune, judge)
     phases = tuple(flown.phase(phase) for phase in flight_phases(contents, sender))
     return LawShadow(sender, stream.source, stream.attitude_source, aims.source, hover, phases)
+
+
+def _in_shadow(law: LawParams) -> LawParams:
+    update: dict[str, Any] = {}
+    if law.measurements == "auto":
+        update["measurements"] = "position_attitude"
+    if law.friction_1_s is None:
+        update["friction_1_s"] = 0.0
+    return law.model_copy(update=update)
 
 
 def _hover(stream: PoseStream, aims: Targets) -> float | None:

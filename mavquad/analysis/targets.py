@@ -7,6 +7,7 @@ from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple, TypeVar
 
 from mavquad.analysis.pose_messages import Geodetic, euler_of, unit
@@ -21,7 +22,7 @@ from mavquad.types import Attitude, Position, ReferencePoint, Vec3
 _LOCAL_TARGET = mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED
 _GLOBAL_TARGET = mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT
 _ATTITUDE_TARGET = mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET
-_NO_POSITION, _NO_VELOCITY, _NO_YAW = 0x7, 0x38, 0x400  # of type_mask
+_NO_POSITION, _NO_YAW = 0x7, 0x400  # of type_mask
 _ABOVE_SEA = (mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_GLOBAL_INT)
 _LEAST_HOVER, _MOST_HOVER, _SLOW_M_S = 0.1, 0.9, 0.5
 _LEAST_HOVER_COUNT = 10
@@ -39,12 +40,13 @@ class AttitudeTarget(NamedTuple):
 
 
 class PositionTarget(NamedTuple):
-    """Where the autopilot wanted the vehicle to be, NWU; velocity zero and yaw None where it did not say."""
+    """Where the autopilot wanted the vehicle to be, NWU, and how that place moved; yaw None where it did not say."""
 
     stamp_us: int
     position_nwu_m: Vec3
-    velocity_nwu_m_s: Vec3
     yaw_rad: float | None
+    velocity_nwu_m_s: Vec3 = (0.0, 0.0, 0.0)
+    acceleration_nwu_m_s2: Vec3 = (0.0, 0.0, 0.0)
 
 
 Stamped = TypeVar("Stamped", Position, Attitude, AttitudeTarget, PositionTarget)
@@ -78,7 +80,7 @@ def targets(contents: TlogContents, sender: tuple[int, int], geodetic: Geodetic 
     local = _ordered(found[_LOCAL_TARGET], _local_target)
     far = _ordered(found[_GLOBAL_TARGET], lambda message: _global_target(message, geodetic)) if not local else ()
     source = "POSITION_TARGET_LOCAL_NED" if local else "POSITION_TARGET_GLOBAL_INT" if far else ""
-    return Targets(local or far, _ordered(found[_ATTITUDE_TARGET], _attitude_target), source)
+    return Targets(_moving(local or far), _ordered(found[_ATTITUDE_TARGET], _attitude_target), source)
 
 
 _READ = frozenset((_LOCAL_TARGET, _GLOBAL_TARGET, _ATTITUDE_TARGET))
@@ -109,10 +111,11 @@ def thrusts(attitudes: Sequence[AttitudeTarget], hover_norm: float | None) -> li
 def reference_point(target: PositionTarget, stamp_us: int, yaw_rad: float) -> ReferencePoint:
     """A target as the law's reference at a moment: on its line; where it has no yaw, looking as it does."""
     since_s = (stamp_us - target.stamp_us) * 1e-6
-    (x, y, z), (vx, vy, vz) = target.position_nwu_m, target.velocity_nwu_m_s
     yaw = yaw_rad if target.yaw_rad is None else target.yaw_rad
-    place = ((z, vz), (x, vx), (y, vy))
-    up, north, west = ((value + since_s * speed, speed, 0.0, 0.0, 0.0) for value, speed in place)
+    north, west, up = (
+        (p + since_s * (v + 0.5 * since_s * a), v + since_s * a, a, 0.0, 0.0)
+        for p, v, a in zip(target.position_nwu_m, target.velocity_nwu_m_s, target.acceleration_nwu_m_s2, strict=True)
+    )
     return ReferencePoint(up, (yaw, 0.0, 0.0, 0.0, 0.0), north, west)
 
 
@@ -137,30 +140,58 @@ def _ordered(messages: Sequence[Message], read: Callable[[Message], Stamped | No
 
 
 def _local_target(message: Message) -> PositionTarget | None:
-    place, velocity = (message.x, message.y, message.z), (message.vx, message.vy, message.vz)
+    place = (message.x, message.y, message.z)
     if message.coordinate_frame != mavlink.MAV_FRAME_LOCAL_NED:
         return None
-    return _target(message, place, velocity)
+    return _target(message, place)
 
 
 def _global_target(message: Message, geodetic: Geodetic | None) -> PositionTarget | None:
     if geodetic is None or message.coordinate_frame not in _ABOVE_SEA or (message.lat_int == message.lon_int == 0):
         return None
-    place = geodetic.place_ned_m(message.lat_int, message.lon_int, message.alt * 1e3)
-    return _target(message, place, (message.vx, message.vy, message.vz))
+    return _target(message, geodetic.place_ned_m(message.lat_int, message.lon_int, message.alt * 1e3))
 
 
-def _target(message: Message, place_ned_m: Vec3, velocity_ned_m_s: Vec3) -> PositionTarget | None:
+def _target(message: Message, place_ned_m: Vec3) -> PositionTarget | None:
     if message.type_mask & _NO_POSITION or not all(map(math.isfinite, place_ned_m)):
         return None
-    moves = not message.type_mask & _NO_VELOCITY and all(map(math.isfinite, velocity_ned_m_s))
     looks = not message.type_mask & _NO_YAW and math.isfinite(message.yaw)
-    return PositionTarget(
-        message.time_boot_ms * 1000,
-        nwu_from_ned(place_ned_m),
-        nwu_from_ned(velocity_ned_m_s) if moves else (0.0, 0.0, 0.0),
-        -message.yaw if looks else None,
+    return PositionTarget(message.time_boot_ms * 1000, nwu_from_ned(place_ned_m), -message.yaw if looks else None)
+
+
+def _moving(targets_: Sequence[PositionTarget]) -> tuple[PositionTarget, ...]:
+    """With velocities and accelerations from the places alone.
+
+    The message's own velocity and acceleration are no feed-forward: in PX4 they are what its loops made of the error.
+    """
+    times_s = [target.stamp_us * 1e-6 for target in targets_]
+    velocities = _slopes(times_s, [target.position_nwu_m for target in targets_])
+    accelerations = _slopes(times_s, velocities)
+    return tuple(
+        target._replace(velocity_nwu_m_s=velocity, acceleration_nwu_m_s2=acceleration)
+        for target, velocity, acceleration in zip(targets_, velocities, accelerations, strict=True)
     )
+
+
+def _slopes(times_s: Sequence[float], vectors: Sequence[Vec3]) -> list[Vec3]:
+    """At each point the lesser of the slopes to its neighbours, none where they differ in sign: a step stays a step."""
+    secants: list[Vec3] = [(0.0, 0.0, 0.0)]
+    for (t0, t1), (one, other) in zip(pairwise(times_s), pairwise(vectors), strict=True):
+        near = t1 - t0 <= FRESH_US * 1e-6
+        x, y, z = ((b - a) / (t1 - t0) if near else 0.0 for a, b in zip(one, other, strict=True))
+        secants.append((x, y, z))
+    secants.append((0.0, 0.0, 0.0))
+    slopes: list[Vec3] = []
+    for before, after in pairwise(secants[: len(vectors) + 1]):
+        x, y, z = (_lesser(a, b) for a, b in zip(before, after, strict=True))
+        slopes.append((x, y, z))
+    return slopes
+
+
+def _lesser(a: float, b: float) -> float:
+    if a * b <= 0.0:
+        return 0.0
+    return math.copysign(min(abs(a), abs(b)), a)
 
 
 def _attitude_target(message: Message) -> AttitudeTarget | None:
