@@ -7,12 +7,12 @@ the delays were, at the middle of the two the vehicle was ahead of us by
 
 Over the latest exchanges a line offset(t) = level + drift (t - newest) is fitted by least squares. One that took long may
 err by more, by as much as it took longer than the quickest: its weight is 1 / (floor + half - least half)^2. That is
-what makes the fit robust: an outlier is slow, and what is slow weighs nothing. The drift has a prior (0 +- DRIFT_SD at
-first), which counts while the exchanges span no time.
+what makes the fit robust: an outlier is slow, and what is slow weighs nothing. The drift has a prior, which counts while
+the exchanges span no time.
 
 With a constant drift the bounds are proofs, not statistics, also for a link that is slower one way than the other:
-    |drift error| <= sum |s_i| half_i + shrink (DRIFT_MAX + |prior|),   s_i: weight of the i-th offset in the drift;
-                                                                        shrink: that of the prior
+    |drift error| <= sum |s_i| half_i + shrink |prior's|,   s_i: weight of the i-th offset in the drift;
+                                                            shrink: that of the prior
     |level error| <= min over i of (half_i + |residual_i| + |t_i| |drift error|).
 An exchange that contradicts them proves that the clock has stepped, or changed its pace: a simulator in lockstep stands
 still while its host is busy. The level starts again from that exchange then, and the drift goes on as the prior. A
@@ -28,12 +28,24 @@ from typing import NamedTuple
 EXCHANGES_MAX = 64
 FLOOR_US, FLOOR_SHARE = 100.0, 0.1
 """What the quickest exchanges are taken to err by: so much, and this share of the least half."""
-DRIFT_SD, DRIFT_SD_AFTER_STEP = 0.02, 0.005
-"""Real PX4 SITL in lockstep drifts by 0.01 to 0.025, crystals by 1e-4."""
 DRIFT_MAX = 0.5
 """No clock is taken to be further off the pace: a simulator on a busy computer may run at half speed."""
 STEP_MAX_US = 1_000_000
 """A greater step than this is another clock: nothing that was known about the drift counts."""
+
+
+class Prior(NamedTuple):
+    """What is taken for known of the drift before exchanges tell: its mean, standard deviation, and greatest error."""
+
+    drift: float
+    sd: float
+    bound: float
+
+
+UNKNOWN = Prior(0.0, 0.02, DRIFT_MAX)
+"""Real PX4 SITL in lockstep drifts by 0.01 to 0.025, crystals by 1e-4."""
+AFTER_STEP_SD, AFTER_STEP_BOUND = 0.005, 0.05
+"""Of the drift before a step, if that was known better than `UNKNOWN`."""
 
 
 class Exchange(NamedTuple):
@@ -87,12 +99,12 @@ class VehicleClock:
         self.reboots = 0
         self.steps = 0
         self._exchanges: deque[Exchange] = deque(maxlen=EXCHANGES_MAX)
-        self._prior = (0.0, DRIFT_SD)
+        self._prior = UNKNOWN
 
     def forget(self) -> None:
         """Nothing is known about the clock any more."""
         self._exchanges.clear()
-        self._prior = (0.0, DRIFT_SD)
+        self._prior = UNKNOWN
         self.line = None
 
     def take(self, exchange: Exchange) -> None:
@@ -103,7 +115,7 @@ class VehicleClock:
         elif self.line is not None:
             self._notice_step(self.line, exchange)
         self._exchanges.append(exchange)
-        self.line = _fit(self._exchanges, *self._prior)
+        self.line = _fit(self._exchanges, self._prior)
 
     @property
     def least_round_trip_us(self) -> int | None:
@@ -115,17 +127,16 @@ class VehicleClock:
         if abs(step_us) <= exchange.half_us + line.bound_us(exchange.middle_us) + 1.0:
             return
         self.steps += 1
-        known = (line.drift, DRIFT_SD_AFTER_STEP) if line.drift_bound < DRIFT_SD else self._prior
         self.forget()
-        if abs(step_us) <= STEP_MAX_US:
-            self._prior = known
+        if abs(step_us) <= STEP_MAX_US and line.drift_bound < UNKNOWN.sd:
+            self._prior = Prior(line.drift, AFTER_STEP_SD, AFTER_STEP_BOUND)
 
 
 def _went_back(before: Exchange, exchange: Exchange) -> bool:
     return exchange.sent_us >= before.received_us and exchange.vehicle_us < before.vehicle_us
 
 
-def _fit(exchanges: deque[Exchange], prior: float, prior_sd: float) -> Line:
+def _fit(exchanges: deque[Exchange], prior: Prior) -> Line:
     """Weighted least squares with a prior on the drift; numbers relative to the newest exchange, or they lose digits."""
     at_us = max(each.middle_us for each in exchanges)
     zero_us = exchanges[-1].vehicle_us - exchanges[-1].middle_us
@@ -134,19 +145,21 @@ def _fit(exchanges: deque[Exchange], prior: float, prior_sd: float) -> Line:
     floor_us = FLOOR_US + FLOOR_SHARE * least_us
     weights = [(floor_us + half - least_us) ** -2 for half in halves]
     times = [float(each.middle_us - at_us) for each in exchanges]
-    offsets = [each.vehicle_us - each.middle_us - zero_us - prior * t for each, t in zip(exchanges, times, strict=True)]
+    offsets = [
+        each.vehicle_us - each.middle_us - zero_us - prior.drift * t for each, t in zip(exchanges, times, strict=True)
+    ]
     total = sum(weights)
     mean_time = sum(w * t for w, t in zip(weights, times, strict=True)) / total
     mean_offset = sum(w * y for w, y in zip(weights, offsets, strict=True)) / total
-    spread = sum(w * (t - mean_time) ** 2 for w, t in zip(weights, times, strict=True)) + prior_sd**-2
+    spread = sum(w * (t - mean_time) ** 2 for w, t in zip(weights, times, strict=True)) + prior.sd**-2
     slopes = [w * (t - mean_time) / spread for w, t in zip(weights, times, strict=True)]
     further = sum(s * y for s, y in zip(slopes, offsets, strict=True))
-    further = min(max(further, -DRIFT_MAX - prior), DRIFT_MAX - prior)
+    further = min(max(further, -DRIFT_MAX - prior.drift), DRIFT_MAX - prior.drift)
     level = mean_offset - further * mean_time
-    shrink = prior_sd**-2 / spread
-    drift_bound = sum(abs(s) * half for s, half in zip(slopes, halves, strict=True)) + shrink * (DRIFT_MAX + abs(prior))
+    shrink = prior.sd**-2 / spread
+    drift_bound = sum(abs(s) * half for s, half in zip(slopes, halves, strict=True)) + shrink * prior.bound
     level_bound = min(
         half + abs(y - level - further * t) + drift_bound * abs(t)
         for half, y, t in zip(halves, offsets, times, strict=True)
     )
-    return Line(at_us, zero_us + level, prior + further, level_bound, drift_bound)
+    return Line(at_us, zero_us + level, prior.drift + further, level_bound, drift_bound)
