@@ -227,7 +227,9 @@ def report(
     ],
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="Its folder; by default the run folder, or NAME-report.", show_default=False),
+        typer.Option(
+            "--output", "-o", help="Its folder; by default the run folder, or NAME-report.", show_default=False
+        ),
     ] = None,
     export: Annotated[
         str | None, typer.Option(help="mcap: a file for Foxglove and PlotJuggler besides.", show_default=False)
@@ -255,6 +257,32 @@ def identify(
     from mavquad.cli.identify import identify as command
 
     return command(log, output, own, json)
+
+
+@app.command(epilog="Exit codes: see mavquad --help; 3 also if it is not ready to arm.")
+def check(
+    url: Annotated[
+        str,
+        typer.Argument(help="Vehicle: udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT, /dev/ttyACM0,57600; mock."),
+    ],
+    duration: Annotated[float, typer.Option(help="Seconds that it is measured.", min=0.5, max=3600.0)] = 5.0,
+    rate: Annotated[float, typer.Option(help="Hz, asked of attitude and position.", min=1.0, max=1000.0)] = 100.0,
+    system: Annotated[int | None, typer.Option(help="Its system id; else the first.", show_default=False)] = None,
+    key: Annotated[
+        Path | None, typer.Option(help="File with the key of MAVLink 2 signing.", show_default=False)
+    ] = None,
+    set_: SetOption = None,
+    json: JsonOption = False,
+) -> int:
+    """Who is there, what arrives, round trip and clock, what may be flown, and why it cannot be armed. Changes nothing."""
+    from mavquad.cli.check import check as command
+
+    options: Options = {
+        "URL": {"link.url": url},
+        "--system": {"link.target_system": system},
+        "--key": {"link.signing_key_file": key},
+    }
+    return command(None, _overrides(set_, options), duration, rate, json)
 
 
 @app.command(epilog="Exit codes: see mavquad --help.")
