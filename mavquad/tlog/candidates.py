@@ -101,8 +101,7 @@ def _crc(buffer: NDArray[np.uint8], starts: NDArray[np.int64], lengths: NDArray[
 
 def _step_byte(state: NDArray[np.uint16]) -> NDArray[np.uint16]:
     """The register after eight zero bits."""
-    after: NDArray[np.uint16] = (state >> 8) ^ _STEP_BYTE.take(state & 0xFF)
-    return after
+    return ((state >> 8) ^ _STEP_BYTE.take(state & 0xFF)).astype(np.uint16, copy=False)
 
 
 def _byte_table() -> NDArray[np.uint16]:

@@ -55,6 +55,8 @@ class Table:
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         field = _fields_by_name(self.name).get(name, name)
+        if field not in self.fields:
+            raise KeyError(f"{self.name} has no {name!r}, but {', '.join(self.names)}")
         if field not in self._made:
             values = np.ascontiguousarray(self._records[field])
             self._made[field] = _texts(values) if field in _text_fields(self.name) else values

@@ -52,6 +52,8 @@ def pieces(path: Path) -> Iterator[bytes]:
 
 def not_a_log(path: Path, size: int, good_bytes: int, head: bytes) -> LogError | None:
     """Why a file is no telemetry log, from its size, the bytes of its good frames and its first bytes; None if it is."""
+    if not size and path.stat().st_size:
+        return LogError(str(path), "nothing in it can be unpacked", "the gzip is cut or damaged")
     if not size:
         return LogError(str(path), "the file is empty", "was the recording stopped before anything arrived?")
     if good_bytes * _LEAST_GOOD_PART >= size:

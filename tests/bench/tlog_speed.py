@@ -34,7 +34,7 @@ def by_mavlogfile(path: str) -> Callable[[], int]:
 def by_mavmmaplog(path: str) -> Callable[[], int]:
     from pymavlink import mavutil
 
-    return lambda: loop(mavutil.mavmmaplog(path), WANTED)
+    return lambda: loop(mavutil.mavmmaplog(path), list(WANTED))
 
 
 def loop(log, types) -> int:
