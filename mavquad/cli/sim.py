@@ -15,8 +15,8 @@ from mavquad.analysis.metrics import LEFT_OUT_S
 from mavquad.cli.display import Display
 from mavquad.cli.flight import Flight, default_run_dir, load_config
 from mavquad.config import Override
-from mavquad.drivers.key_file import key_of
 from mavquad.drivers.collector import without_collector
+from mavquad.drivers.key_file import key_of
 from mavquad.drivers.lockstep import START_US, Lockstep
 from mavquad.flight.machine import Phase
 from mavquad.frames import ned_from_nwu
