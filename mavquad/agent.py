@@ -127,6 +127,36 @@ class Agent:
         preparation = self._captain.preparation
         return preparation.changed is not None and not preparation.kept
 
+    def takeoff(self, now_us: int, height_m: float = 0.0) -> None:
+        """The operator orders the takeoff (flight.waits_for_takeoff); to the configured height where none is given."""
+        self._now_us = now_us
+        self._captain.takeoff(now_us, height_m)
+
+    def goto(self, now_us: int, north_m: float, east_m: float, down_m: float, heading_deg: float | None = None) -> None:
+        """The operator orders another place, from where the law took over; see `order_fault`."""
+        self._now_us = now_us
+        self._captain.goto(now_us, north_m, east_m, down_m, heading_deg)
+
+    def fly(self, now_us: int, mission_json: str) -> None:
+        """The operator orders another mission (`MissionParams` in JSON), from where the reference is; see `order_fault`."""
+        self._now_us = now_us
+        self._captain.fly(now_us, mission_json)
+
+    def land(self, now_us: int) -> None:
+        """The operator orders the landing."""
+        self._now_us = now_us
+        self._captain.land(now_us)
+
+    @property
+    def awaits_takeoff(self) -> bool:
+        """Whether the vehicle is known and `takeoff` is waited for."""
+        return self._captain.awaits_takeoff
+
+    @property
+    def order_fault(self) -> str:
+        """Why the operator's last order is not flown; empty when it is."""
+        return self._captain.order_fault
+
     def late(self, now_us: int, lateness_us: float) -> None:
         """The driver saw a setpoint leave so late."""
         self._now_us = now_us

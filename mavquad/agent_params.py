@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import Field, model_validator
 
 from mavquad.control.params import LawParams
@@ -26,6 +28,10 @@ class FlightParams(Section):
     takeoff_m: float = Field(default=0.0, ge=0.0, le=100.0)
     """Height of the takeoff, m; 0 is the autopilot's own (PX4: MIS_TAKEOFF_ALT; ArduCopter: 2.5 m)."""
 
+    waits_for_takeoff: bool = False
+    """Change nothing, arm nothing before the operator orders the takeoff."""
+    at_end: Literal["land", "hold"] = "land"
+    """When the mission is over: land, or let the law hold the last pose until the operator orders something else."""
     connect_s: float = Field(default=10.0, gt=0.0, le=600.0)
     """To hear an autopilot."""
     identify_s: float = Field(default=15.0, gt=0.0, le=600.0)

@@ -6,6 +6,7 @@ while it may, and ends its control when a guard trips. The pilot always wins.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterable
 from typing import ClassVar
 
@@ -13,7 +14,7 @@ from mavquad.agent_params import SETPOINTS_BEFORE_OFFBOARD, AgentParams
 from mavquad.analysis.margin_check import check_margins
 from mavquad.endpoint import NEVER_US, grid_us
 from mavquad.errors import MavquadError
-from mavquad.flight import reasons
+from mavquad.flight import orders, reasons
 from mavquad.flight.airframe import HoverThrust, within_hover
 from mavquad.flight.control import Control
 from mavquad.flight.guard_set import GuardSet
@@ -21,6 +22,7 @@ from mavquad.flight.guards import HOLD, LAND, PILOT, RETURN, Reaction, Tripped
 from mavquad.flight.law_flight import LawFlight
 from mavquad.flight.machine import IN_FLIGHT, Event, Phase, next_phase
 from mavquad.flight.mission_check import height_fault
+from mavquad.flight.mission_params import MissionParams
 from mavquad.flight.modes import asked_for, own_modes, way_back
 from mavquad.flight.preparation import Preparation
 from mavquad.flight.takeoff import TakeoffWatch
@@ -51,6 +53,7 @@ class Captain:
         phase: where the flight is.
         error: why the flight did not complete; None while it may still.
         interrupted: whether the operator stopped it.
+        order_fault: why the operator's last order is not flown; empty when it is.
     """
 
     def __init__(self, params: AgentParams, start_us: int, send: Callable[[Message], None]) -> None:
@@ -80,6 +83,10 @@ class Captain:
         self._phase_name = self.phase.value
         self.error: MavquadError | None = None
         self.interrupted = False
+        self.order_fault = ""
+        self._holds = params.flight.at_end == "hold"
+        self._takeoff_m = params.flight.takeoff_m
+        self._may_take_off = not params.flight.waits_for_takeoff
 
     # ------------------------------------------------------------------ messages and time
 
@@ -149,6 +156,59 @@ class Captain:
         self.interrupted = True
         self._note("operator", "stop")
         self._fire(Event.STOP)
+
+    def takeoff(self, now_us: int, height_m: float = 0.0) -> None:
+        """The operator orders the takeoff; to this height, or, at 0, to the configured one."""
+        self._now_us = now_us
+        self._note("operator", f"take off to {height_m:g} m" if height_m else "take off")
+        self._takeoff_m = height_m or self._takeoff_m
+        self._may_take_off = True
+        self._check_identity()
+
+    def goto(self, now_us: int, north_m: float, east_m: float, down_m: float, heading_deg: float | None = None) -> None:
+        """The operator orders another place, from where the law took over; it stays there until the next order."""
+        goal_ned_m = (north_m, east_m, down_m)
+        words = f"go to {north_m:g} {east_m:g} {down_m:g}" + (
+            "" if heading_deg is None else f", heading {heading_deg:g}"
+        )
+        law, usual = self._control.law, self._params.mission
+        self._order(
+            now_us,
+            words,
+            lambda stamp_us: orders.goto(usual, law.reference(stamp_us), law.origin_nwu_m, goal_ned_m, heading_deg),
+        )
+
+    def fly(self, now_us: int, mission_json: str) -> None:
+        """The operator orders another mission, from where the reference is; it stays at its end until the next order."""
+        self._order(now_us, f"fly {mission_json}", lambda _: orders.mission(json.loads(mission_json)))
+
+    def _order(self, now_us: int, words: str, plan: Callable[[int], MissionParams]) -> None:
+        self._now_us, self.order_fault = now_us, ""
+        law, position = self._control.law, self._control.pose.position
+        try:
+            if self.phase is not Phase.FLYING or position is None:
+                raise orders.OrderRefused(f"the law does not fly it, phase {self.phase.value}")
+            mission = plan(position.stamp_us)
+            here_m = law.reference(position.stamp_us).z_m[0] - self._ground_m
+            orders.check(mission, self._params.guards, law.params, here_m)
+        except orders.OrderRefused as refused:
+            self.order_fault = str(refused)
+            self._note("operator", f"{words}: not flown: {refused}")
+            return
+        self._note("operator", words)
+        self._holds = True
+        law.fly(mission, position.stamp_us)
+
+    def land(self, now_us: int) -> None:
+        """The operator orders the landing."""
+        self._now_us = now_us
+        self._note("operator", "land")
+        self._fire(Event.MISSION_OVER if self.phase is Phase.FLYING else Event.STOP)
+
+    @property
+    def awaits_takeoff(self) -> bool:
+        """Whether the vehicle is known and the operator's takeoff is waited for."""
+        return self.phase is Phase.IDENTIFYING and self._phase_limit_us == NEVER_US
 
     @property
     def law(self) -> LawFlight:
@@ -310,14 +370,17 @@ class Captain:
         known = self._identification.done and self._vehicle.reported
         if self.phase is not Phase.IDENTIFYING or not known:
             return
+        if not self._may_take_off:
+            self._phase_limit_us = NEVER_US  # the operator takes his time
+            return
         try:
             self._choose_law()
         except MavquadError as error:
             self._fire(Event.REFUSED, error)
             return
         told = self._identification.parameters
-        firmware, flight = self._firmware, self._params.flight
-        self._takeoff.altitude_m = flight.takeoff_m or told.get(firmware.takeoff_parameter, firmware.takeoff_m)
+        firmware = self._firmware
+        self._takeoff.altitude_m = self._takeoff_m or told.get(firmware.takeoff_parameter, firmware.takeoff_m)
         self._takeoff.high_share = firmware.high_share
         self._hover.parameter_norm = within_hover(told.get(firmware.hover_parameter, 0.0))
         self._fire(Event.IDENTIFIED)
@@ -342,8 +405,8 @@ class Captain:
     def _enter_preparing(self) -> None:
         found, vehicle = self._identification.parameters, self._vehicle
         wanted = self._params.parameters.wanted(self._firmware, found, vehicle.transmitter)
-        if self._firmware.takeoff_parameter in found and self._params.flight.takeoff_m:
-            wanted[self._firmware.takeoff_parameter] = self._params.flight.takeoff_m
+        if self._firmware.takeoff_parameter in found and self._takeoff_m:
+            wanted[self._firmware.takeoff_parameter] = self._takeoff_m
         self._send_all(self._preparation.start(wanted, self._firmware, self._target, self._now_us))
         self._check_preparation()
 
@@ -603,7 +666,7 @@ class Captain:
             holds = self._vehicle.mode == self._firmware.hover and self._control.pose.stale(self._now_us) is None
             if self._takeoff.is_over(position, self._ground_m, holds, self._now_us):
                 self._on_airborne()
-        elif self.phase is Phase.FLYING and law.mission_over(position.stamp_us):
+        elif self.phase is Phase.FLYING and law.mission_over(position.stamp_us) and not self._holds:
             self._fire(Event.MISSION_OVER)
         law.take_position(position)
         self._fly(not law.steps_on_attitude)

@@ -27,7 +27,7 @@ class Recording:
     def frame(self, stamp_us: int, frame: bytes, outbound: bool) -> None:
         self.records.append(Record(stamp_us, 3 if outbound else 0, frame))
 
-    def event(self, stamp_us: int, name: str, args: tuple[float, ...] = ()) -> None:
+    def event(self, stamp_us: int, name: str, args: tuple[float | str, ...] = ()) -> None:
         self.events.append(OperatorEvent(stamp_us, name, args))
 
 

@@ -113,7 +113,7 @@ class LiveDriver:
         self._timer = None
         self._guarded(lambda: self.runner.advance(self._clock.now_us()))
 
-    def command(self, name: str, *args: float) -> None:
+    def command(self, name: str, *args: float | str) -> None:
         """Hand the operator's command to the endpoint's method of that name, and record it."""
         act = getattr(self.runner.endpoint, name)
         self._guarded(lambda: self.runner.command(name, act, self._clock.now_us(), args))

@@ -50,7 +50,7 @@ class Lockstep:
         if self._to_near or self._to_far:
             self._carry()
 
-    def command(self, name: str, act: Callable[..., None], *args: float) -> None:
+    def command(self, name: str, act: Callable[..., None], *args: float | str) -> None:
         """An operator's command to the near end, now."""
         self.near.command(name, act, self.now_us, args)
         self._carry()

@@ -21,7 +21,7 @@ class OperatorEvent:
 
     stamp_us: int
     name: str
-    args: tuple[float, ...] = ()
+    args: tuple[float | str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,9 +32,20 @@ from mavquad.flight_record import Note, TraceRow
 from mavquad.tlog import TlogWriter
 
 FLUSH_US = 1_000_000
-EVENT_ARGUMENTS = {"start": (0,), "kept": (0,), "stop": (0,), "goto": (3, 4), "land": (0,), "late": (1,), "end": (0,)}
-"""How many arguments each event may have; goto: north, east, down in m, and yaw where it is given. The driver says
-kept when what a flight is about to change on its vehicle is safe in the run folder."""
+EVENT_ARGUMENTS = {
+    "start": (0,),
+    "kept": (0,),
+    "takeoff": (0, 1),
+    "goto": (3, 4),
+    "fly": (1,),
+    "land": (0,),
+    "stop": (0,),
+    "late": (1,),
+    "end": (0,),
+}
+"""How many arguments each event may have. takeoff: height in m; goto: north, east, down in m, and heading in degrees
+where it is given; fly: the mission in JSON, the only text; late: by how many us a setpoint left late. The driver says kept
+when what a flight is about to change on its vehicle is safe in the run folder."""
 
 
 class RunFolder:
@@ -73,7 +84,7 @@ class RunFolder:
         """One frame that passed."""
         self._keep(lambda: self._tlog.write(stamp_us, frame, outbound))
 
-    def event(self, stamp_us: int, name: str, args: tuple[float, ...] = ()) -> None:
+    def event(self, stamp_us: int, name: str, args: tuple[float | str, ...] = ()) -> None:
         """One command of the operator; on the disk at once."""
         line = json.dumps({"stamp_us": stamp_us, "name": name, **({"args": args} if args else {})}, allow_nan=False)
         self._keep(lambda: print(line, file=self._events, flush=True))
@@ -166,9 +177,12 @@ def read_events(path: Path) -> list[OperatorEvent]:
         raise RunFolderError(str(path / "events.jsonl"), "is damaged") from None
 
 
-def _event(stamp_us: int, name: str, args: Sequence[float] = ()) -> OperatorEvent:
-    numbers = all(type(arg) in (int, float) and math.isfinite(arg) for arg in args)
-    if type(stamp_us) is not int or not numbers or len(args) not in EVENT_ARGUMENTS.get(name, ()):
+def _event(stamp_us: int, name: str, args: Sequence[float | str] = ()) -> OperatorEvent:
+    if name == "fly":
+        fits = all(type(arg) is str for arg in args)
+    else:
+        fits = all(type(arg) in (int, float) and math.isfinite(arg) for arg in args)  # type: ignore[arg-type]
+    if type(stamp_us) is not int or not fits or len(args) not in EVENT_ARGUMENTS.get(name, ()):
         raise ValueError(f"not an event: {name!r} {args!r} at {stamp_us!r}")
     return OperatorEvent(stamp_us, name, tuple(args))
 

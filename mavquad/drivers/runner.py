@@ -19,7 +19,7 @@ class Recorder(Protocol):
     def frame(self, stamp_us: int, frame: bytes, outbound: bool) -> None:
         """One frame that was received, or sent."""
 
-    def event(self, stamp_us: int, name: str, args: tuple[float, ...] = ()) -> None:
+    def event(self, stamp_us: int, name: str, args: tuple[float | str, ...] = ()) -> None:
         """One command of the operator with its arguments, or the start and the end."""
 
 
@@ -81,7 +81,7 @@ class Runner:
         self.endpoint.receive(frame, stamp_us)
         self._drain(stamp_us)
 
-    def command(self, name: str, act: Callable[..., None], now_us: int, args: tuple[float, ...] = ()) -> None:
+    def command(self, name: str, act: Callable[..., None], now_us: int, args: tuple[float | str, ...] = ()) -> None:
         """Hand over a command of the operator: `act` is called with its stamp and its arguments, finite numbers."""
         stamp_us = self._input_stamp(now_us)
         if self._recorder is not None:

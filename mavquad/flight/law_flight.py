@@ -88,6 +88,17 @@ class LawFlight:
         assert self._origin is not None
         self._mission = Mission(self._mission_params, self._origin, stamp_us)
 
+    def fly(self, params: MissionParams, stamp_us: int) -> None:
+        """Let another mission begin where the reference is at this moment of the vehicle's clock."""
+        here = self.reference(stamp_us)
+        pose = Pose((here.x_m[0], here.y_m[0], here.z_m[0]), here.yaw_rad[0])
+        self._mission = Mission(params, pose, stamp_us)
+
+    @property
+    def params(self) -> LawParams:
+        """The law, for the vehicle that was met."""
+        return self._law
+
     def mission_over(self, stamp_us: int) -> bool:
         """Whether the mission's last moment has passed."""
         return self._mission is not None and self._mission.over(stamp_us)

@@ -294,7 +294,7 @@ class Dialogue:
     def frame(self, stamp_us: int, frame: bytes, outbound: bool) -> None:
         self.record.append((stamp_us, frame, outbound))
 
-    def event(self, stamp_us: int, name: str, args: tuple[float, ...] = ()) -> None:
+    def event(self, stamp_us: int, name: str, args: tuple[float | str, ...] = ()) -> None:
         self.events.append((stamp_us, name, args))
 
     def _on_sent(self, stamp_us: int, data: bytes) -> None:
