@@ -12,6 +12,7 @@ from mavquad.analysis.survey import Survey, survey_file
 from mavquad.cli.log_part import LogPart
 from mavquad.cli.new_file import new_file
 from mavquad.cli.replay_flight import OtherLaw, is_ours, replay_flight
+from mavquad.cli.replay_shadow import draw_shadow, print_shadow, shadow_of
 from mavquad.cli.terminal import QuietConsole, say, shown
 from mavquad.drivers.run_folder import to_json
 from mavquad.errors import EXIT_OK, InputError
@@ -29,24 +30,30 @@ def replay(path: Path, part: LogPart, other: OtherLaw, output: Path | None, as_j
                 "with --list or --play, or of a copy of flight.tlog in another folder, a part can be had",
             )
         return replay_flight(path, read_records(path), other, output, as_json)
-    return _survey(path, part.selection(path), output, as_json)
+    selection = part.selection(path)
+    return _survey(path, selection, other, output, as_json)
 
 
-def _survey(path: Path, selection: Selection, output: Path | None, as_json: bool) -> int:
+def _survey(path: Path, selection: Selection, other: OtherLaw, output: Path | None, as_json: bool) -> int:
     found = survey_file(path, selection)
     contents = read_records(path).only(selection)
     vehicle = found.main_vehicle()
     observed = shadow(contents, vehicle.sender) if vehicle else None
+    flown = shadow_of(contents, vehicle, other) if vehicle else None
     figure = output or new_file(path.stem, ".png")
     # matplotlib takes half a second to import; nothing before this needs it.
     from mavquad.analysis.log_figure import survey_figure
 
     survey_figure(found, observed, figure, path.name)
+    flights = draw_shadow(flown, path, output) if flown else None
     if as_json:
         result = {**found.to_json(), "observer": observed.to_json() if observed else None, "figure": str(figure)}
-        say(to_json(result))
+        law = {"law": flown.to_json() if flown else None, "law_figure": str(flights) if flights else None}
+        say(to_json({**result, **law}))
     else:
         shown(lambda: _print_survey(found, observed, figure))
+        if flown is not None:
+            shown(lambda: print_shadow(QuietConsole(highlight=False), flown, flights))
     return EXIT_OK
 
 
