@@ -93,6 +93,16 @@ FaultOption = Annotated[
     typer.Option(help="Of the mock: TOML file of scripted faults; may be repeated.", show_default=False),
 ]
 LatencyOption = Annotated[float | None, typer.Option(help="Delay of the link, each way, ms.", show_default=False)]
+SystemOption = Annotated[
+    int | None, typer.Option(help="Only this vehicle of a log of others: system id.", show_default=False)
+]
+FromOption = Annotated[
+    str | None,
+    typer.Option(
+        "--from", help="Only from there: 12.5 (s), 2026-05-01T10:20:30Z, flight:1, mode:GUIDED.", show_default=False
+    ),
+]
+ToOption = Annotated[str | None, typer.Option(help="Only up to there; as --from.", show_default=False)]
 JitterOption = Annotated[float | None, typer.Option(help="Largest further delay, each way, ms.", show_default=False)]
 LossOption = Annotated[float | None, typer.Option(help="Share of frames lost, each way, 0 to 1.", show_default=False)]
 
@@ -186,16 +196,9 @@ def replay(
     loop: Annotated[bool, typer.Option("--loop", help="Of --play: begin anew at the end.")] = False,
     direction: Annotated[str, typer.Option(help="Of --play: in (the vehicle's), out, both.")] = "in",
     list_: Annotated[bool, typer.Option("--list", help="What is in it, and nothing else.")] = False,
-    system: Annotated[
-        int | None, typer.Option(help="Only this vehicle of a log of others: system id.", show_default=False)
-    ] = None,
-    from_: Annotated[
-        str | None,
-        typer.Option(
-            "--from", help="Only from there: 12.5 (s), 2026-05-01T10:20:30Z, flight:1, mode:GUIDED.", show_default=False
-        ),
-    ] = None,
-    to: Annotated[str | None, typer.Option(help="Only up to there; as --from.", show_default=False)] = None,
+    system: SystemOption = None,
+    from_: FromOption = None,
+    to: ToOption = None,
     json: JsonOption = False,
 ) -> int:
     """Replay a flight of ours bit for bit, or with another law beside it; survey any other tlog, our law in its shadow;
@@ -234,12 +237,15 @@ def report(
     export: Annotated[
         str | None, typer.Option(help="mcap: a file for Foxglove and PlotJuggler besides.", show_default=False)
     ] = None,
+    system: SystemOption = None,
+    from_: FromOption = None,
+    to: ToOption = None,
     json: JsonOption = False,
 ) -> int:
     """Write the report of a flight or of any log: an HTML page that needs no network, a figure, and its columns."""
     from mavquad.cli.report import report as command
 
-    return command(run_or_log, output, export, json)
+    return command(run_or_log, LogPart(system, from_, to), output, export, json)
 
 
 @app.command(epilog="Exit codes: see mavquad --help.")

@@ -15,7 +15,10 @@ from mavquad.analysis.report.of_log import LogData, read_log, report_of_log
 from mavquad.analysis.report.of_run import MESSAGES, report_of_run
 from mavquad.analysis.report.run_data import RunData, is_run_folder, read_run
 from mavquad.analysis.report.write import PAGE, Parts, write_report
+from mavquad.cli.log_part import LogPart
 from mavquad.cli.new_file import new_file
+from mavquad.cli.replay_flight import OtherLaw
+from mavquad.cli.replay_shadow import shadow_of
 from mavquad.cli.terminal import QuietConsole, say, shown
 from mavquad.drivers.run_folder import to_json
 from mavquad.errors import EXIT_OK, InputError, LogError, RunFolderError
@@ -24,20 +27,29 @@ EXPORTS = ("mcap",)
 _FLYING = ("flying",)
 
 
-def report(path: Path, output: Path | None, export: str | None, as_json: bool) -> int:
+def report(path: Path, part: LogPart, output: Path | None, export: str | None, as_json: bool) -> int:
     """Write the report of a run folder (into it) or of a log (into NAME-report); returns the exit code."""
     if export is not None and export not in EXPORTS:
         raise InputError(f"--export: {export!r} is not a format that can be written", f"one of: {', '.join(EXPORTS)}")
     run = _run_folder(path)
-    folder = output or (run if run is not None else new_file(f"{path.name.split('.')[0]}-report", ""))
+    if run is not None and not part.is_all:
+        raise InputError("--system, --from, --to: a flight of ours is shown whole", "its page can be zoomed")
+    folder = output or (run if run is not None else new_file(f"{_stem(path)}-report", ""))
     _refuse_another(folder, run)
-    parts = _parts_of_run(run, folder, export) if run is not None else _parts_of_log(path, export)
+    parts = _parts_of_run(run, folder, export) if run is not None else _parts_of_log(path, part, export)
     names = write_report(folder, parts)
     if as_json:
         say(to_json(_json(parts.report, folder, names)))
     else:
         shown(lambda: _print(parts.report, folder, names))
     return EXIT_OK
+
+
+def _stem(path: Path) -> str:
+    name = path.name
+    for suffix in (".gz", ".tlog", ".raw"):
+        name = name.removesuffix(suffix)
+    return name
 
 
 def _run_folder(path: Path) -> Path | None:
@@ -79,10 +91,11 @@ def _whole_log(path: Path) -> tlog.Log | None:
         return None
 
 
-def _parts_of_log(path: Path, export: str | None) -> Parts:
-    data = read_log(path)
+def _parts_of_log(path: Path, part: LogPart, export: str | None) -> Parts:
+    selection = part.selection(path)
+    data = read_log(path, selection, lambda contents, vehicle: shadow_of(contents, vehicle, OtherLaw()))
     found = report_of_log(data)
-    log = tlog.read(path)
+    log = tlog.read(path, system=selection.system, from_us=selection.from_us, to_us=selection.to_us)
     return Parts(
         report=found,
         log=log,

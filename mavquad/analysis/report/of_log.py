@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy
 
+from mavquad.analysis.law_shadow import LawShadow
 from mavquad.analysis.report.model import Lane, Numbers, Panel, Report, Track
 from mavquad.analysis.report.position import (
     POSITION_NAMES,
@@ -20,14 +21,14 @@ from mavquad.analysis.report.position import (
     track,
     velocity_lines,
 )
-from mavquad.analysis.report.shadow_lines import sigma_panel, velocity_panel
+from mavquad.analysis.report.shadow_lines import has_law, law_panels, observer_panels, verdict_lanes
 from mavquad.analysis.report.states import STATE_NAMES, lanes, marks
 from mavquad.analysis.report.summary import moment, quantity
 from mavquad.analysis.report.telemetry import Sender, Telemetry, telemetry
 from mavquad.analysis.report.vehicle import VEHICLE_NAMES, attitude_panels, control_panels
 from mavquad.analysis.shadow import Shadow, shadow
-from mavquad.analysis.survey import SenderSurvey, Survey, survey
-from mavquad.tlog import read_records
+from mavquad.analysis.survey import SenderSurvey, Survey, survey_file
+from mavquad.tlog import Selection, TlogContents, read_records
 
 _MESSAGES = tuple(dict.fromkeys((*STATE_NAMES, *POSITION_NAMES, *VEHICLE_NAMES)))
 _SITTING_S = 600.0
@@ -45,6 +46,7 @@ class LogData:
         vehicle: whom the report is of; None where nobody speaks.
         found: the tables that the page reads.
         observed: the observer over the vehicle's poses.
+        law: our law over its flights; None where nobody asked.
         begin_s: the log's first record, on the report's time axis.
     """
 
@@ -53,6 +55,7 @@ class LogData:
     vehicle: SenderSurvey | None
     found: Telemetry
     observed: Shadow | None
+    law: LawShadow | None
     begin_s: float
 
     @property
@@ -61,19 +64,26 @@ class LogData:
         return self.vehicle.sender if self.vehicle is not None else (0, 0)
 
 
-def read_log(path: Path) -> LogData:
-    """Read a log for its report.
+Lawyer = Callable[[TlogContents, SenderSurvey], LawShadow]
+"""What puts a law beside the flights of one vehicle."""
+
+
+def read_log(path: Path, selection: Selection | None = None, lawyer: Lawyer | None = None) -> LogData:
+    """Read a log, or a part of it, for its report.
 
     Raises:
         LogError: it cannot be read, or is no log.
     """
-    contents = read_records(path)
-    who = survey(contents)
+    selection = selection or Selection()
+    contents = read_records(path).only(selection)
+    who = survey_file(path, selection)
     vehicle = who.main_vehicle()
-    found = telemetry(path, _MESSAGES)
+    # Whoever commanded the vehicle may be of another system.
+    found = telemetry(path, _MESSAGES, selection=replace(selection, system=None))
     observed = shadow(contents, vehicle.sender) if vehicle is not None else None
+    law = lawyer(contents, vehicle) if lawyer is not None and vehicle is not None else None
     begin_s = (contents[0].stamp_us - found.start_us) * 1e-6 if len(contents) and found.has_stamps else 0.0
-    return LogData(path, who, vehicle, found, observed, begin_s)
+    return LogData(path, who, vehicle, found, observed, law, begin_s)
 
 
 def report_of_log(data: LogData) -> Report:
@@ -83,6 +93,7 @@ def report_of_log(data: LogData) -> Report:
     places = positions(found, sender)
     wanted = target_track(found, sender)
     states = lanes(found, sender)
+    verdicts = verdict_lanes(data.law, data.begin_s) if data.law is not None else ()
     return Report(
         title=data.path.name,
         subtitle=_subtitle(data.who, found, duration_s),
@@ -90,10 +101,10 @@ def report_of_log(data: LogData) -> Report:
         duration_s=duration_s,
         view_s=_view(found, states, duration_s),
         facts=tuple(_facts(data, places)),
-        summary={**data.who.to_json(), "observer": data.observed.to_json() if data.observed is not None else None},
+        summary=_summary(data),
         table=tuple(_table(data)),
         panels=tuple(_panels(data, places, wanted)),
-        lanes=tuple(states),
+        lanes=(*states, *verdicts),
         marks=tuple(sorted(marks(found, sender), key=lambda mark: mark.time_s)),
         tracks=tuple(candidate for candidate in (track(places) if places else None, wanted) if candidate),
         remarks=tuple(_remarks(data, places)),
@@ -106,12 +117,11 @@ def _panels(data: LogData, places: Positions | None, wanted: Track | None) -> It
         error = error_panel(places, wanted) if wanted is not None else None
         if error is not None:
             yield error
-        velocity = velocity_panel(data.observed, data.begin_s, list(velocity_lines(places)))
-        if velocity is not None:
-            yield velocity
-    sigma = sigma_panel(data.observed, data.begin_s)
-    if sigma is not None:
-        yield sigma
+    logged = list(velocity_lines(places)) if places is not None else []
+    if data.law is not None and has_law(data.law):
+        yield from law_panels(data.law, data.begin_s, logged)
+    else:
+        yield from observer_panels(data.observed, data.begin_s, logged)
     yield from control_panels(data.found, data.sender)
     yield from attitude_panels(data.found, data.sender)
 
@@ -178,6 +188,11 @@ def _facts(data: LogData, places: Positions | None) -> Iterator[tuple[str, str]]
 def _positions(places: Positions, observed: Shadow | None) -> str:
     rate = observed.position_rate_hz if observed is not None else None
     return f"{places.source}{f', {rate:.3g} Hz' if rate else ''}"
+
+
+def _summary(data: LogData) -> dict[str, Any]:
+    observer = data.observed.to_json() if data.observed is not None else None
+    return {**data.who.to_json(), "observer": observer, "law": data.law.to_json() if data.law is not None else None}
 
 
 def _table(data: LogData) -> Iterator[tuple[str, Any]]:

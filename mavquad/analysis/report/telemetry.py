@@ -90,13 +90,16 @@ class Telemetry:
         return numpy.asarray(numpy.interp(table.offsets, *self._clock), dtype=numpy.float64)
 
 
-def telemetry(path: Path, names: tuple[str, ...], start_us: int | None = None) -> Telemetry:
+def telemetry(
+    path: Path, names: tuple[str, ...], start_us: int | None = None, selection: tlog.Selection | None = None
+) -> Telemetry:
     """Read the messages of these names; second 0 is the log's first stamp, or `start_us` if that is earlier.
 
     Raises:
         LogError: as of `tlog.read`.
     """
-    log = tlog.read(path, names)
+    chosen = selection or tlog.Selection()
+    log = tlog.read(path, names, system=chosen.system, from_us=chosen.from_us, to_us=chosen.to_us)
     if log.last_us:
         start_us = log.first_us if start_us is None else min(start_us, log.first_us)
         return Telemetry(log, start_us, (log.last_us - start_us) * 1e-6, None)
