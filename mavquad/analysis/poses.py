@@ -11,6 +11,7 @@ jumps ahead is a gap: each begins a new segment.
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -39,6 +40,7 @@ _POSITION_WORTH = {_LOCAL: 1.0, _ODOMETRY: 0.9, _GLOBAL: 0.3}
 _ATTITUDE_WORTH = {_ATTITUDE: 1.0, _QUATERNION: 0.9, _ODOMETRY: 0.8}
 _REBOOT_US = 1_000_000
 _GAP_US = 5_000_000
+_CLOCK_US = 1_000_000
 _OTHER_CLOCK_US = 86_400_000_000  # ODOMETRY may have Unix time
 _LEAST_COS_PITCH = 1e-3  # nearer to vertical than that there is no heading
 
@@ -61,16 +63,38 @@ class PoseSegment:
         first_stamp_us: of the vehicle's clock.
         poses: positions with the log's own velocities.
         attitudes: attitudes with the log's own body rates.
+        clock: (stamp of the vehicle's clock in us, s since the log began) of the least delayed sample of each second.
     """
 
     log_start_s: float
     first_stamp_us: int
     poses: list[Position] = field(default_factory=list)
     attitudes: list[Attitude] = field(default_factory=list)
+    clock: list[tuple[int, float]] = field(default_factory=list)
 
     def log_time_s(self, stamp_us: int) -> float:
-        """A stamp of the vehicle's clock as seconds since the log began."""
-        return self.log_start_s + (stamp_us - self.first_stamp_us) * 1e-6
+        """A stamp of the vehicle's clock as seconds since the log began.
+
+        The vehicle's clock may run slower than the log's (a simulator's by some per cent): between two seconds on a line.
+        """
+        place = bisect_right(self.clock, stamp_us, key=lambda pair: pair[0])
+        if place == 0 or place == len(self.clock):
+            us, at_s = self.clock[max(place - 1, 0)] if self.clock else (self.first_stamp_us, self.log_start_s)
+            return at_s + (stamp_us - us) * 1e-6
+        (us, at_s), (later_us, later_s) = self.clock[place - 1 : place + 1]
+        return at_s + (later_s - at_s) * (stamp_us - us) / (later_us - us)
+
+    def heard(self, stamp_us: int, log_s: float) -> None:
+        """A sample arrived."""
+        second, last = stamp_us // _CLOCK_US, self.clock[-1][0] // _CLOCK_US if self.clock else -1
+        if second > last:
+            self.clock.append((stamp_us, log_s))
+        elif second == last and self._delay_s(stamp_us, log_s) < self._delay_s(*self.clock[-1]):
+            self.clock[-1] = (stamp_us, log_s)
+
+    @staticmethod
+    def _delay_s(stamp_us: int, log_s: float) -> float:
+        return log_s - stamp_us * 1e-6
 
     @property
     def headings(self) -> list[HeadingSample]:
@@ -189,6 +213,7 @@ class _Collector:
             self.backward += 1
         else:
             self._append(stream, sample)
+            self.segments[-1].heard(sample.stamp_us, (log_stamp_us - self._log_start_us) * 1e-6)
 
     def _on_one_clock(self, stream: Reader, sample: Position | Attitude) -> Position | Attitude:
         """A stream that counts from elsewhere is moved to where the others are as it begins."""

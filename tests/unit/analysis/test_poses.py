@@ -181,3 +181,16 @@ def test_a_gap_of_one_message_alone_begins_a_new_segment(log):
         if not 50 <= tenth < 150:
             log.local(tenth / 10, (0, 0, 0), STILL)
     assert [len(segment.poses) for segment in pose_stream(log.contents(), (1, 1)).segments] == [50, 50]
+
+
+def test_times_of_a_slow_clock_go_by_the_log(log):
+    """98 % of the log's pace, and every fifth message is held up for 0.2 s."""
+    for k in range(1000):
+        boot_s = k / 20
+        held_s = 0.2 if k % 5 == 3 else 0.0
+        log.attitude(boot_s / 0.98 + held_s, 0, 0, 0, boot_s=boot_s)
+    [segment] = pose_stream(log.contents(), (1, 1)).segments
+    for boot_us in (0, 7_777_000, 31_000_000, 48_900_000):
+        assert segment.log_time_s(boot_us) == pytest.approx(boot_us * 1e-6 / 0.98, abs=0.002)
+    assert segment.log_time_s(52_000_000) == pytest.approx(52.0 + 50 / 0.98 - 50, abs=0.05)
+    assert segment.log_time_s(-1_000_000) == pytest.approx(-1.0, abs=0.05)
