@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mavquad.endpoint import GRID_US
 from mavquad.tlog.frames import Frames
-from mavquad.tlog.log import fill_leading
+from mavquad.tlog.log import with_leading_stamps
 from mavquad.tlog.record import Record
 from mavquad.tlog.scanner import PADDING, Scanner
 from mavquad.tlog.selection import Selection
@@ -89,12 +89,17 @@ def read_records(path: Path | str) -> TlogContents:
 def scan(data: bytes) -> TlogContents:
     """Find every good frame of a log held in memory."""
     scanner = Scanner()
-    parts = [scanner.push(data[at : at + PIECE]) for at in range(0, len(data), PIECE)]
-    parts.append(scanner.finish())
+    nothing = Scanner().finish()
+    parts = [*with_leading_stamps(part for part in _found(scanner, data) if len(part)), nothing]
     starts, ends, numbers, stamps = (
         np.concatenate([getattr(part, name) for part in parts]) for name in ("starts", "ends", "numbers", "stamps")
     )
-    fill_leading(stamps)
     buffer = np.frombuffer(data + PADDING, np.uint8)
     frames = Frames(buffer, 0, starts, ends, numbers, stamps)
     return TlogContents(data, frames, scanner.bad_ranges, scanner.unknown_frames, scanner.repaired_stamps)
+
+
+def _found(scanner: Scanner, data: bytes) -> Iterator[Frames]:
+    for at in range(0, len(data), PIECE):
+        yield scanner.push(data[at : at + PIECE])
+    yield scanner.finish()

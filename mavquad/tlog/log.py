@@ -21,6 +21,8 @@ from mavquad.tlog.scanner import NO_STAMP, Scanner
 from mavquad.tlog.selection import Selection, Sender
 from mavquad.tlog.source import not_a_log, pieces
 
+_MOST_HELD = 8  # pieces of a file that are held while no stamp is known
+
 
 @dataclass(slots=True)
 class Reading:
@@ -48,6 +50,11 @@ class Reading:
         Raises:
             LogError: at the start, if it cannot be read; at the end, if it was no log.
         """
+        for frames in with_leading_stamps(self._frames()):
+            self._note(frames)
+            yield frames
+
+    def _frames(self) -> Iterator[Frames]:
         good_bytes, head = 0, b""
         for data in chain(pieces(self.path), (None,)):
             head = head or data or b""
@@ -55,13 +62,11 @@ class Reading:
             frames = self.scanner.finish() if data is None else self.scanner.push(data)
             good_bytes += int(np.sum(frames.ends - frames.starts))
             if len(frames):
-                self._note(frames)
                 yield frames
         if error := not_a_log(self.path, self.size, good_bytes, head[:8]):
             raise error
 
     def _note(self, frames: Frames) -> None:
-        fill_leading(frames.stamps)
         self.frames += len(frames)
         stamped_us = frames.stamps_us[frames.stamps > 0]
         if len(stamped_us):
@@ -69,11 +74,19 @@ class Reading:
             self.last_us = max(self.last_us, int(stamped_us.max()))
 
 
-def fill_leading(stamps: NDArray[np.int64]) -> None:
-    """Frames before the first surviving stamp get that one; 0 where no stamp survived at all."""
-    known = np.flatnonzero(stamps != NO_STAMP)
-    first = int(known[0]) if len(known) else len(stamps)
-    stamps[:first] = stamps[first] & -GRID_US if len(known) else 0
+def with_leading_stamps(parts: Iterator[Frames]) -> Iterator[Frames]:
+    """Frames before the first surviving stamp get that one; 0 where there is none near the beginning of the file."""
+    held: list[Frames] = []
+    first = NO_STAMP
+    for part in parts:
+        held.append(part)
+        first = int(part.stamps[np.argmax(part.stamps != NO_STAMP)])  # NO_STAMP where all are lost
+        if first != NO_STAMP or len(held) == _MOST_HELD:
+            break
+    leading = 0 if first == NO_STAMP else first & -GRID_US
+    for part in chain(held, parts):
+        part.stamps[part.stamps == NO_STAMP] = leading
+        yield part
 
 
 @dataclass(frozen=True, slots=True)

@@ -219,6 +219,17 @@ def test_without_stamps(tmp_path):
     assert (found.bad_ranges, found.first_us, found.last_us, found.repaired_stamps) == (((0, 5),), 0, 0, 50)
 
 
+def test_stamps_that_begin_late(tmp_path, monkeypatch):
+    path = tmp_path / "a.tlog"
+    monkeypatch.setattr("mavquad.tlog.source.PIECE", 50)
+    path.write_bytes(b"".join(attitude(i) for i in range(5)) + pack_record(T0_US, attitude(5), True))
+    assert [(record.stamp_us, record.outbound) for record in tlog.records(path)] == [(T0_US, False)] * 5 + [
+        (T0_US, True)
+    ]
+    path.write_bytes(b"".join(attitude(i) for i in range(20)) + pack_record(T0_US, attitude(5), True))
+    assert [record.stamp_us for record in tlog.records(path)] == [0] * 20 + [T0_US]
+
+
 def test_254_systems(tmp_path):
     path = written(tmp_path / "a.tlog", [attitude(i, system=1 + i % 254) for i in range(1000)])
     found = tlog.read(path)
