@@ -86,8 +86,9 @@ def read_log(path: Path, selection: Selection | None = None, lawyer: Lawyer | No
     return LogData(path, who, vehicle, found, observed, law, begin_s)
 
 
+@numpy.errstate(invalid="ignore", over="ignore")
 def report_of_log(data: LogData) -> Report:
-    """Everything that a log tells of the vehicle that it tells most of."""
+    """Everything that a log tells of the vehicle that it tells most of; a number that is none is no point of a line."""
     found, sender = data.found, data.sender
     duration_s = max(found.duration_s, 1e-3)
     places = positions(found, sender)

@@ -7,6 +7,8 @@ import tomllib
 from collections.abc import Iterator
 from typing import Any
 
+import numpy
+
 from mavquad import __version__
 from mavquad.analysis.metrics import error_samples, flight_metrics
 from mavquad.analysis.report.law import Trace, law_panels, law_tracks, limit_lanes
@@ -26,6 +28,7 @@ _OWN_NOTES = ("phase", "mode", "vehicle")
 """Kinds of notes that stand elsewhere: in the lanes, and among the texts as the vehicle sent them."""
 
 
+@numpy.errstate(invalid="ignore", over="ignore")
 def report_of_run(run: RunData) -> Report:
     """Everything that a run folder tells."""
     trace = Trace.of(run.rows, run.start_us) if run.rows else None

@@ -86,7 +86,8 @@ class Telemetry:
 
     def _times_s(self, table: tlog.Table) -> Numbers:
         if self._clock is None:
-            return numpy.asarray((table.stamps_us - self.start_us) * 1e-6)
+            # A stamp of 0 among others is none: the reader does not count it as the log's first.
+            return numpy.asarray(numpy.maximum((table.stamps_us - self.start_us) * 1e-6, 0.0))
         return numpy.asarray(numpy.interp(table.offsets, *self._clock), dtype=numpy.float64)
 
 
