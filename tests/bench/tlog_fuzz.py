@@ -17,6 +17,12 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+if "--atheris" in sys.argv:
+    import atheris
+
+    with atheris.instrument_imports(include=["mavquad.tlog"]):
+        import mavquad.tlog  # noqa: F401 - only what is imported here is watched
+
 from mavquad import tlog
 from mavquad.analysis.survey import survey
 from mavquad.errors import LogError
@@ -82,8 +88,6 @@ def run(seconds: float, seed: int) -> None:
 
 
 def run_atheris(seconds: float) -> None:
-    import atheris
-
     def one(data: bytes) -> None:
         cut = data[0] if data else 0
         check(data[1:], [data[1 : 1 + cut], data[1 + cut :]])
@@ -94,7 +98,6 @@ def run_atheris(seconds: float) -> None:
     for seed in range(200):
         draw = random.Random(seed)
         (corpus / str(seed)).write_bytes(b"\x40" + mutated(draw, log(draw, draw.randrange(6))))
-    atheris.instrument_all()
     atheris.Setup([sys.argv[0], str(corpus), f"-max_total_time={seconds:.0f}", "-max_len=2000"], one)
     atheris.Fuzz()
 
