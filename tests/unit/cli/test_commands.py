@@ -241,6 +241,33 @@ def test_a_log_of_others_is_surveyed(cli, run_dir, tmp_path):
     assert (tmp_path / "survey.png").stat().st_size > 10_000
 
 
+def test_our_law_in_the_shadow_of_a_log_of_others(cli, run_dir, tmp_path):
+    (tmp_path / "other.tlog").write_bytes((run_dir / "flight.tlog").read_bytes())
+    code, out, _ = cli("replay", "other.tlog", "--json", "--output", "survey.png")
+    assert code == 0
+    result = json.loads(out)
+    modes = [phase["mode"] for phase in result["law"]["phases"]]
+    assert modes[:3] == ["AUTO.TAKEOFF", "AUTO.LOITER", "OFFBOARD"]
+    offboard = result["law"]["phases"][2]
+    assert offboard["verdicts"]["torque"]["would_do"] is True
+    assert max(offboard["velocity_rms_nwu_m_s"]) < 0.2
+    assert result["law_figure"] == "survey-shadow.png"
+    assert (tmp_path / "survey-shadow.png").stat().st_size > 10_000
+    code, out, _ = cli("replay", "other.tlog", "--from", "mode:OFFBOARD", "--to", "mode:OFFBOARD", "--depth", "rate")
+    assert code == 0
+    assert "would these poses have done for the law?" in out
+    assert re.search(r"OFFBOARD 0-\d+ s, reference: ", out)
+    assert "roll rate" in out
+    assert (tmp_path / "other-shadow.png").exists()
+
+
+def test_a_law_that_is_none_beside_a_log_of_others(cli, run_dir, tmp_path):
+    (tmp_path / "other.tlog").write_bytes((run_dir / "flight.tlog").read_bytes())
+    code, out, err = cli("replay", "other.tlog", "--set", "law.omega0=2")
+    assert (code, out) == (2, "")
+    assert "--set: law.omega0: unknown key" in err
+
+
 def test_a_second_survey_does_not_overwrite_the_figure_of_the_first(cli, run_dir, tmp_path):
     (tmp_path / "other.tlog").write_bytes((run_dir / "flight.tlog").read_bytes())
     (tmp_path / "other.png").write_text("mine")
