@@ -6,9 +6,10 @@ from mavquad.protocol.codec import mavlink
 from mavquad.protocol.firmware.px4 import mode_from_custom
 
 _COPTERS = ("QUADROTOR", "COAXIAL", "HELICOPTER", "TRICOPTER", "HEXAROTOR", "OCTOROTOR", "DECAROTOR", "DODECAROTOR")
+_PLANES = ("FIXED_WING", "VTOL_DUOROTOR", "VTOL_QUADROTOR", "VTOL_TILTROTOR")
 _ARDUPILOT_MODES = {
     **dict.fromkeys((getattr(mavlink, f"MAV_TYPE_{name}") for name in _COPTERS), "COPTER_MODE"),
-    mavlink.MAV_TYPE_FIXED_WING: "PLANE_MODE",
+    **dict.fromkeys((getattr(mavlink, f"MAV_TYPE_{name}") for name in _PLANES), "PLANE_MODE"),
     mavlink.MAV_TYPE_GROUND_ROVER: "ROVER_MODE",
     mavlink.MAV_TYPE_SURFACE_BOAT: "ROVER_MODE",
     mavlink.MAV_TYPE_SUBMARINE: "SUB_MODE",

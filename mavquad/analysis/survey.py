@@ -196,7 +196,7 @@ def _survey(
         bad_ranges=tuple(bad_ranges),
         repaired_stamps=repaired,
         first_stamp_us=first_us,
-        duration_s=(last_us - first_us) * 1e-6,
+        duration_s=(last_us - first_us) / 1e6,
         backward_stamps=tallies.backward_stamps,
         senders=tuple(_survey_sender(sender, tally, first_us) for sender, tally in sorted(tallies.senders.items())),
     )
@@ -220,7 +220,7 @@ def _survey_sender(sender: Sender, tally: Tally, log_start_us: int) -> SenderSur
 
 
 def _log_s(stamp_us: int, log_start_us: int) -> float:
-    return (stamp_us - log_start_us) * 1e-6
+    return (stamp_us - log_start_us) / 1e6
 
 
 def _believed_claim(tally: Tally) -> tuple[int, int] | None:

@@ -74,8 +74,11 @@ class LogBuilder:
         frame = bytes(message.pack(mav, force_mavlink1=version == 1))
         self._writer.write(T0_US + round(t_s * 1e6) // 4 * 4, frame, outbound=False)
 
-    def heartbeat(self, t_s: float, armed=False, sender=(1, 1), vehicle_type=2, autopilot=12, version=2) -> None:
-        self.add(t_s, dialect.MAVLink_heartbeat_message(vehicle_type, autopilot, armed * 128, 0, 4, 3), sender, version)
+    def heartbeat(
+        self, t_s: float, armed=False, sender=(1, 1), vehicle_type=2, autopilot=12, version=2, mode=0
+    ) -> None:
+        message = dialect.MAVLink_heartbeat_message(vehicle_type, autopilot, armed * 128, mode, 4, 3)
+        self.add(t_s, message, sender, version)
 
     def local(self, t_s: float, position_ned, velocity_ned, boot_s=None, sender=(1, 1)) -> None:
         boot_ms = round((t_s if boot_s is None else boot_s) * 1000)
@@ -86,7 +89,10 @@ class LogBuilder:
         self.add(t_s, dialect.MAVLink_attitude_message(boot_ms, roll, pitch, yaw, *rates))
 
     def contents(self):
-        return scan(self._stream.getvalue())
+        return scan(self.data())
+
+    def data(self) -> bytes:
+        return self._stream.getvalue()
 
 
 @pytest.fixture
