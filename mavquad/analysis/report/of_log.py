@@ -31,6 +31,12 @@ from mavquad.analysis.survey import SenderSurvey, Survey, survey_file
 from mavquad.tlog import Selection, TlogContents, read_records
 
 _MESSAGES = tuple(dict.fromkeys((*STATE_NAMES, *POSITION_NAMES, *VEHICLE_NAMES)))
+LAW_POSITIONS = 30_000
+"""With more than that in the part that is wanted, our law is not put beside it: that takes some 0.7 ms each."""
+OBSERVER_POSITIONS = 300_000
+"""The same of the observer, with 0.2 ms each; the log need not be held in memory then."""
+
+_POSITIONS = ("LOCAL_POSITION_NED", "ODOMETRY", "GLOBAL_POSITION_INT")
 _SITTING_S = 600.0
 """A longer silence parts one sitting from the next; the page opens with the one that has most in it."""
 _MARGIN_S = 3.0
@@ -45,8 +51,8 @@ class LogData:
         who: who is in it.
         vehicle: whom the report is of; None where nobody speaks.
         found: the tables that the page reads.
-        observed: the observer over the vehicle's poses.
-        law: our law over its flights; None where nobody asked.
+        observed: the observer over the vehicle's poses; None where they are too many.
+        law: our law over its flights; None where nobody asked, or they are too many.
         begin_s: the log's first record, on the report's time axis.
     """
 
@@ -54,9 +60,14 @@ class LogData:
     who: Survey
     vehicle: SenderSurvey | None
     found: Telemetry
-    observed: Shadow | None
-    law: LawShadow | None
-    begin_s: float
+    observed: Shadow | None = None
+    law: LawShadow | None = None
+    begin_s: float = 0.0
+
+    @property
+    def positions(self) -> int:
+        """How many messages with a position the vehicle sent."""
+        return sum(map(self.vehicle.count, _POSITIONS)) if self.vehicle is not None else 0
 
     @property
     def sender(self) -> Sender:
@@ -75,15 +86,17 @@ def read_log(path: Path, selection: Selection | None = None, lawyer: Lawyer | No
         LogError: it cannot be read, or is no log.
     """
     selection = selection or Selection()
-    contents = read_records(path).only(selection)
     who = survey_file(path, selection)
     vehicle = who.main_vehicle()
     # Whoever commanded the vehicle may be of another system.
     found = telemetry(path, _MESSAGES, selection=replace(selection, system=None))
-    observed = shadow(contents, vehicle.sender) if vehicle is not None else None
-    law = lawyer(contents, vehicle) if lawyer is not None and vehicle is not None else None
+    data = LogData(path, who, vehicle, found)
+    if vehicle is None or data.positions > OBSERVER_POSITIONS:
+        return data
+    contents = read_records(path).only(selection)
     begin_s = (contents[0].stamp_us - found.start_us) * 1e-6 if len(contents) and found.has_stamps else 0.0
-    return LogData(path, who, vehicle, found, observed, law, begin_s)
+    law = lawyer(contents, vehicle) if lawyer is not None and data.positions <= LAW_POSITIONS else None
+    return replace(data, observed=shadow(contents, vehicle.sender), law=law, begin_s=begin_s)
 
 
 @numpy.errstate(invalid="ignore", over="ignore")
@@ -221,6 +234,11 @@ def _remarks(data: LogData, places: Positions | None) -> Iterator[str]:
         yield f"{who.bad_bytes} bytes in {len(who.bad_ranges)} places are damaged; every whole frame around them was read."
     if who.backward_stamps:
         yield f"The stamps step back {who.backward_stamps} times; everything is shown in the order of the stamps."
+    if data.positions > LAW_POSITIONS:
+        yield (
+            f"With {data.positions} positions this is too long for our law to be put beside it; "
+            "--from and --to choose a part, flight:1 for instance."
+        )
     if places is None:
         yield "The log has no usable position."
     if found.of("ATTITUDE", sender) is None and found.of("ATTITUDE_QUATERNION", sender) is None:

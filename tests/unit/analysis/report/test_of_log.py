@@ -5,9 +5,12 @@ import math
 import numpy as np
 import pytest
 
+from mavquad.analysis.law_shadow import law_shadow
 from mavquad.analysis.report.modes import mode_name
 from mavquad.analysis.report.of_log import read_log, report_of_log
+from mavquad.config import default_path, load
 from mavquad.protocol.codec import mavlink
+from mavquad.tlog import Selection
 from tests.unit.analysis.report.logs import PX4_LOITER, PX4_OFFBOARD, START_US, LogFile, circling
 
 
@@ -234,3 +237,57 @@ def test_damage_is_said(made):
     report = made(log)
     assert any("damaged" in remark for remark in report.remarks)
     assert dict(report.facts)["bad bytes"] != "0"
+
+
+def test_the_law_is_beside_what_is_short_enough(tmp_path, monkeypatch):
+    asked = []
+
+    def read(most):
+        monkeypatch.setattr("mavquad.analysis.report.of_log.LAW_POSITIONS", most)
+        return read_log(path, lawyer=lambda contents, vehicle: asked.append((len(contents), vehicle.sender)))
+
+    path = circling().write(tmp_path / "some.tlog")
+    assert read(200).positions == 200
+    assert asked == [(418, (1, 1))]
+    assert any("too long for our law" in remark for remark in report_of_log(read(199)).remarks)
+    assert len(asked) == 1
+
+
+def test_what_is_too_long_has_neither_observer_nor_law(tmp_path, monkeypatch):
+    monkeypatch.setattr("mavquad.analysis.report.of_log.OBSERVER_POSITIONS", 199)
+    monkeypatch.setattr("mavquad.analysis.report.of_log.read_records", None)
+    report = report_of_log(read_log(circling().write(tmp_path / "some.tlog")))
+    assert set(panels(report)["velocity"]) == {"north, autopilot", "west, autopilot", "up, autopilot"}
+
+
+def test_what_the_law_would_have_made_of_it(tmp_path):
+    log = circling(30.0)
+
+    def lawyer(contents, vehicle):
+        config = load(default_path())
+        return law_shadow(contents, vehicle.sender, config.law.of("px4"), config.guards)
+
+    report = report_of_log(read_log(log.write(tmp_path / "some.tlog"), lawyer=lawyer))
+    found = panels(report)
+    assert {"law_error", "law_setpoints", "sigma"} <= set(found)
+    flown = found["law_setpoints"]["roll, flown"]
+    attitude = found["attitude"]["roll"]
+    beside = np.interp(flown.times_s, attitude.times_s, attitude.values)
+    assert np.max(np.abs(flown.values - beside)) < 1.5  # of 5.7 degrees, FRD as the panel of what was measured
+    pitch, measured = found["law_setpoints"]["pitch, flown"], found["attitude"]["pitch"]
+    assert np.max(np.abs(pitch.values - np.interp(pitch.times_s, measured.times_s, measured.values))) < 1.5
+    lanes = {lane.name: lane for lane in report.lanes}
+    assert lanes["law at attitude"].spans[0].name.startswith("would do: ")
+    assert report.summary["law"]["phases"]
+
+
+def test_a_part_of_a_log(tmp_path):
+    log = circling()
+    command = mavlink.MAVLink_command_long_message(1, 1, mavlink.MAV_CMD_NAV_LAND, 0, 0, 0, 0, 0, 0, 0, 0)
+    log.at(5.0).add(command, outbound=True)
+    path = log.write(tmp_path / "some.tlog")
+    part = Selection(system=1, from_us=START_US + 4_000_000, to_us=START_US + 6_000_000)
+    report = report_of_log(read_log(path, part))
+    times_s = panels(report)["altitude"]["flown"].times_s
+    assert (times_s[0], times_s[-1]) == pytest.approx((4.0, 6.0), abs=1e-5)
+    assert [mark.text for mark in report.marks if mark.kind == "command"] == ["NAV_LAND"]
