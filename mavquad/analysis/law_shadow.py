@@ -41,6 +41,8 @@ from mavquad.control.params import LawParams
 from mavquad.control.tuning import Tuning, tuning
 from mavquad.flight.guards import GuardParams, tilt_rad
 from mavquad.frames import wrap_pi
+from mavquad.protocol.codec import decode, frame_source, mavlink, message_id
+from mavquad.protocol.firmware import ARDUCOPTER, PX4, Version
 from mavquad.tlog import TlogContents
 from mavquad.types import (
     Attitude,
@@ -57,6 +59,7 @@ SETTLING_S = 2.0
 """The observer starts from the log's own velocity; the first seconds of a phase are left out of its figures."""
 WINDOW_US = 500_000
 _LEAST_POSES = 5
+_VERSION = mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION
 _SETPOINTS = {
     "attitude": ("roll", "pitch", "yaw", "thrust"),
     "rate": ("roll rate", "pitch rate", "yaw rate"),
@@ -167,6 +170,7 @@ class LawShadow:
         target_source: message of the position targets; "" without any.
         hover_thrust_norm: the thrust that carries the weight, by ATTITUDE_TARGET; None where the log does not tell it: the
             thrust is then taken to hold the hover, and what it does besides is a disturbance of z.
+        takes: the depths at which this autopilot takes commands, whatever the data; by AUTOPILOT_VERSION, if the log has it.
         phases: in order.
     """
 
@@ -175,6 +179,7 @@ class LawShadow:
     attitude_source: str
     target_source: str
     hover_thrust_norm: float | None
+    takes: tuple[Depth, ...]
     phases: tuple[ShadowPhase, ...]
 
     def to_json(self) -> dict[str, Any]:
@@ -186,6 +191,7 @@ class LawShadow:
             "attitude_source": self.attitude_source,
             "target_source": self.target_source,
             "hover_thrust_norm": self.hover_thrust_norm,
+            "takes": list(self.takes),
             "phases": [phase.to_json() for phase in self.phases],
         }
 
@@ -214,7 +220,17 @@ def law_shadow(contents: TlogContents, sender: tuple[int, int], law: LawParams, 
     tune, judge = tuning(shadow_law, depth), Judge(law, guards)
     flown = _Flown(stream, aims, hover, shadow_law, depth, tune, judge)
     phases = tuple(flown.phase(phase) for phase in flight_phases(contents, sender))
-    return LawShadow(sender, stream.source, stream.attitude_source, aims.source, hover, phases)
+    takes = (ARDUCOPTER if law.autopilot == "arducopter" else PX4).depths(_version(contents, sender))
+    return LawShadow(sender, stream.source, stream.attitude_source, aims.source, hover, takes, phases)
+
+
+def _version(contents: TlogContents, sender: tuple[int, int]) -> Version:
+    """The release that flies it; zeros where the log does not tell."""
+    for record in contents:
+        if message_id(record.frame) == _VERSION and frame_source(record.frame) == sender:
+            number = decode(record.frame).flight_sw_version
+            return number >> 24, number >> 16 & 0xFF, number >> 8 & 0xFF
+    return 0, 0, 0
 
 
 def _in_shadow(law: LawParams) -> LawParams:

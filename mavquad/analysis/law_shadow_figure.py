@@ -31,7 +31,7 @@ def law_shadow_figure(found: LawShadow, path: Path | str, title: str) -> None:
         RunFolderError: the PNG cannot be written.
     """
     figure = canvas.new_figure(title, _subtitle(found))
-    _draw_table(figure, found.phases)
+    _draw_table(figure, found.phases, ", ".join(found.takes))
     phases = [phase for phase in found.phases if phase.track.times_s]
     if phases:
         _draw_map(figure, phases)
@@ -50,9 +50,9 @@ def _subtitle(found: LawShadow) -> str:
     )
 
 
-def _draw_table(figure: Figure, phases: Sequence[ShadowPhase]) -> None:
+def _draw_table(figure: Figure, phases: Sequence[ShadowPhase], takes: str) -> None:
     """Whether the data would have done, phase by phase."""
-    figure.text(_LEFT, 0.905, "would this data have done?", fontsize=11, color=canvas.INK)
+    figure.text(_LEFT, 0.905, f"would this data have done? (takes {takes})", fontsize=11, color=canvas.INK)
     columns = (0.0, 0.21, 0.33, 0.44, 0.57, 0.79)
     rows = [("mode", "s", "Hz", *(verdict.depth for verdict in _some_verdicts(phases)))]
     for phase in phases[:_TABLE_ROWS]:

@@ -50,6 +50,7 @@ def print_shadow(console: Console, found: LawShadow, figure: Path | None) -> Non
         return
     console.print(Text("\nwould these poses have done for the law? (margins as of tune, and the guard on old poses)"))
     console.print(_verdicts(found))
+    console.print(Text(f"whatever the data, this autopilot takes: {', '.join(found.takes)}"))
     for phase in found.phases:
         if phase.track.times_s:
             console.print(Text(_estimates(phase)), soft_wrap=True)

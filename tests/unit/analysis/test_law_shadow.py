@@ -186,6 +186,18 @@ def test_a_log_without_flights(log):
     assert json.loads(json.dumps(found.to_json(), allow_nan=False))["phases"] == []
 
 
+@pytest.mark.parametrize(
+    ("release", "autopilot", "takes"),
+    [((1, 13), "px4", 3), ((1, 16), "px4", 2), (None, "px4", 3), ((4, 7), "arducopter", 2)],
+)
+def test_what_the_autopilot_takes_is_said_beside_the_verdicts(log, release, autopilot, takes):
+    log.heartbeat(0)
+    if release:
+        number = release[0] << 24 | release[1] << 16
+        log.add(1, dialect.MAVLink_autopilot_version_message(0, number, 0, 0, 0, [0] * 8, [0] * 8, [0] * 8, 0, 0, 0))
+    assert len(shadowed(log, autopilot=autopilot).takes) == takes
+
+
 def test_json_and_figure(log, tmp_path):
     flight(log, rate_hz=20.0, seconds=12.0)
     found = shadowed(log)
