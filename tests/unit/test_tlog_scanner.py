@@ -97,3 +97,12 @@ def test_a_log_that_grows_gives_its_frames_as_they_are_decided():
     assert sum(counts[:30]) >= 20
     assert sum(counts) + len(scanner.finish()) == 60
     assert scanner.bad_ranges == []
+
+
+def test_a_frame_with_flags_that_nobody_knows_is_damage():
+    body = bytearray(ping(1)[1:-2])
+    body[1] = 2
+    crc = mcrf4xx(bytes(body) + bytes([dialect.MAVLink_ping_message.crc_extra]))
+    data = pack_record(T0_US, b"\xfd" + bytes(body) + crc.to_bytes(2, "little"), False)
+    compare(data, [data])
+    assert scanned([data])[1] == []
