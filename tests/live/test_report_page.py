@@ -10,12 +10,14 @@ import pytest
 from mavquad.analysis.report.model import Line, Panel, Report
 from mavquad.analysis.report.of_log import read_log, report_of_log
 from mavquad.analysis.report.page import page
+from mavquad.protocol.codec import mavlink
 from tests.browser import CHROMIUM, Browser, browser
 from tests.unit.analysis.report.logs import circling
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed (apt-get install chromium)")
 
 EVIL = ("</script><script>window.evil = 1</script>", "<img src=x onerror='window.evil = 1'>")
+ASKED = (0, 1, 1, 0b10000000, [1, 0, 0, 0], 0.1, -0.2, 0.3, 0.6)
 VIEWS = "JSON.stringify(report.charts.map(c => [c.scales.x.min, c.scales.x.max]))"
 
 
@@ -31,6 +33,8 @@ def made(tmp_path_factory) -> tuple[Path, Report]:
     log = circling()
     for text in EVIL:
         log.at(5.0).text(text, 2)
+    for step in range(120):  # a stream whose times are nobody else's
+        log.at(3.0 + step / 30 + 0.011).add(mavlink.MAVLink_set_attitude_target_message(*ASKED), outbound=True)
     folder = tmp_path_factory.mktemp("page")
     report = report_of_log(read_log(log.write(folder / "some.tlog")))
     (folder / "report.html").write_text(page(report))
@@ -162,8 +166,11 @@ def test_the_path_turns_moves_and_follows_the_view(opened):
     part = picture_of(opened, "turned"), picture_of(opened, "above")
     assert part[0] != turned and part[1] != above
     left, top, width, height = box(opened, "[data-path=turned] canvas")
-    opened.drag((left + width / 2, top + height / 2), (left + width / 2 + 80, top + height / 2 + 20))
-    assert picture_of(opened, "turned") != part[0]
+    middle = (left + width / 2, top + height / 2)
+    opened.drag(middle, (middle[0] + 80, middle[1]))
+    aside = picture_of(opened, "turned")
+    opened.drag(middle, (middle[0], middle[1] + 30))
+    assert len({part[0], aside, picture_of(opened, "turned")}) == 3
     assert picture_of(opened, "above") == part[1]
     opened.value("document.querySelector('[data-path=turned] [data-act=reset]').click()")
     assert picture_of(opened, "turned") == part[0]
