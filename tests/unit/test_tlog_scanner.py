@@ -106,3 +106,13 @@ def test_a_frame_with_flags_that_nobody_knows_is_damage():
     data = pack_record(T0_US, b"\xfd" + bytes(body) + crc.to_bytes(2, "little"), False)
     compare(data, [data])
     assert scanned([data])[1] == []
+
+
+def test_a_good_frame_inside_an_unknown_one_is_found_however_the_bytes_come():
+    draw = random.Random(11)
+    good = [pack_record(T0_US, known_frame(draw), False) for _ in range(14)]
+    payload = b"ab" + good[0]
+    swallowing = bytes((0xFD, len(payload), 0, 0, 9, 1, 1, 0xEF, 0xCD, 0xAB)) + payload + b"\x11\x22"
+    data = good[1] + pack_record(T0_US, swallowing, False) + b"".join(good[2:])
+    compare(data, [data[at : at + 1] for at in range(len(data))])
+    assert len(scanned([data])[1]) == 14
