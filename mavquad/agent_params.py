@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from mavquad.control.params import LawParams
 from mavquad.flight.airframe import AirframeParams
 from mavquad.flight.guards import GuardParams
+from mavquad.flight.law_flight import MOST_COMMANDS_IN_FLIGHT
 from mavquad.flight.machine import Phase
 from mavquad.flight.mission import MissionParams
 from mavquad.flight.mission_check import mission_fault
@@ -19,7 +20,6 @@ from mavquad.schema import Section
 
 SETPOINTS_BEFORE_OFFBOARD = 20
 """PX4 wants to see a stream before it takes the mode; one would do."""
-MOST_COMMANDS_IN_FLIGHT = 50
 
 
 class FlightParams(Section):

@@ -33,7 +33,7 @@ from mavquad.protocol.codec import Message, mavlink
 from mavquad.protocol.command import Command, CommandExchange, Reply
 from mavquad.protocol.firmware import PX4, Mode, firmware_of
 from mavquad.protocol.identify import UNKNOWN_VERSION, Identification
-from mavquad.protocol.streams import shortfalls
+from mavquad.protocol.streams import StreamKeeper, shortfalls
 from mavquad.types import Position
 
 DISARM_PATIENCE_US = 5_000_000
@@ -41,6 +41,7 @@ REASON_US = 250_000
 
 _ON_GROUND = frozenset((Phase.CONNECTING, Phase.IDENTIFYING, Phase.PREPARING, Phase.WAITING))
 _DISARMED = frozenset((Phase.IDENTIFYING, Phase.PREPARING, Phase.WAITING))
+_BEFORE_THE_LAW = _DISARMED | {Phase.TAKING_OFF}
 
 Address = tuple[int, int]
 """(system id, component id)."""
@@ -74,6 +75,7 @@ class Captain:
         self._vehicle = Vehicle()
         self._firmware = PX4
         self._identification = Identification(params.streams, PX4)
+        self._keeper = StreamKeeper(params.streams, PX4)
         self._preparation = Preparation()
         self._hover = HoverThrust(params.airframe)
         self._takeoff = TakeoffWatch(self._hover, params.flight.settle_s, params.guards.floor_m)
@@ -98,6 +100,7 @@ class Captain:
         """Take in a message of the vehicle."""
         self._now_us = now_us
         self._target = sender
+        self._keeper.on_message(message.get_msgId())
         self._HANDLERS[message.get_msgId()](self, message)
 
     def next_deadline_us(self) -> int:
@@ -124,7 +127,7 @@ class Captain:
 
     def measured_round_trip(self, round_trip_us: int) -> None:
         """The vehicle answered a TIMESYNC of ours."""
-        self._vehicle.round_trip_us = round_trip_us
+        self._vehicle.round_trips_us.append(round_trip_us)
         self._trip(self._control.guards.on_round_trip(round_trip_us))
 
     def heard_frame(self, sequence: int, now_us: int) -> None:
@@ -364,6 +367,7 @@ class Captain:
     def _enter_identifying(self) -> None:
         also = self._params.parameters.changes(self._firmware)
         self._identification = Identification(self._params.streams, self._firmware, also)
+        self._keeper = StreamKeeper(self._params.streams, self._firmware)
         self._send_all(self._identification.start(self._target, self._now_us))
 
     def _check_identity(self) -> None:
@@ -435,9 +439,8 @@ class Captain:
             return f"the autopilot's own pre-arm checks have not passed (mode {vehicle.mode_name})"
         if not vehicle.on_ground:
             return "EXTENDED_SYS_STATE does not show it on the ground"
-        round_trip_us = vehicle.round_trip_us
-        if round_trip_us is not None and round_trip_us * 1e-6 > self._params.guards.stale_attitude_s:
-            return f"a round trip over the link takes {round_trip_us * 1e-6:.2f} s: too slow to fly on"
+        if vehicle.round_trip_s > self._params.guards.stale_attitude_s:
+            return f"a round trip over the link takes {vehicle.round_trip_s:.2f} s: too slow to fly on"
         if pose.attitude is None or pose.position is None:
             return "no pose"
         fault = self._control.guards.not_ready()
@@ -470,6 +473,9 @@ class Captain:
         asked, streams = self._params.streams, self._vehicle.streams
         attitude_hz = min(asked.attitude_hz, streams["ATTITUDE"].rate_hz(self._now_us))
         position_hz = min(asked.position_hz, streams["LOCAL_POSITION_NED"].rate_hz(self._now_us))
+        delay_s = self._control.law.allow_for(self._vehicle.round_trip_s)
+        if delay_s:
+            self._note("law", f"delay {delay_s:.3f} s, as measured")
         self._control.start(attitude_hz, position_hz, self._now_us)
         # Where the vehicle is in the mode already, what is sent acts.
         self._control.law.in_control = self._firmware.acts_at_once
@@ -527,7 +533,14 @@ class Captain:
             return
         if changed is not None:
             self._note("mode", changed.name)
-        self._on_armed() if self._vehicle.armed else self._on_disarmed()
+        self._keep_streams()
+        self._on_armed(changed) if self._vehicle.armed else self._on_disarmed()
+
+    def _keep_streams(self) -> None:
+        """Until the law takes over, streams that do not come are asked for again."""
+        is_asking = self.phase is Phase.IDENTIFYING and not self._identification.done
+        if self.phase in _BEFORE_THE_LAW and not is_asking:
+            self._send_all(command.message(self._target, 0) for command in self._keeper.again(self._now_us))
 
     def _is_taken_over(self, changed: Mode) -> bool:
         """Whether a change of mode is the pilot's or a failsafe's: to one that is not ours to expect, or not now."""
@@ -545,7 +558,7 @@ class Captain:
         position = self._control.pose.position
         return position.position_nwu_m[2] - self._ground_m if position else 0.0
 
-    def _on_armed(self) -> None:
+    def _on_armed(self, changed: Mode | None) -> None:
         """HEARTBEAT shows it armed; where it does not show what was asked for and acknowledged, that is asked again."""
         offboard = self._vehicle.mode == self._firmware.offboard
         if self.phase is Phase.ARMING:
@@ -554,6 +567,8 @@ class Captain:
             self._fire(Event.ENGAGED)
         elif self.phase in _DISARMED:
             self._fire(Event.REFUSED, reasons.armed_already(self._vehicle.mode_name))
+        elif self.phase is Phase.HANDING_BACK and changed is not None and not offboard:
+            self._on_released()  # seen before its ACK: no setpoint may follow
         elif self._exchange.pending:
             return
         elif self.phase is Phase.HANDING_BACK:

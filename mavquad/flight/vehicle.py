@@ -12,6 +12,7 @@ from mavquad.protocol.streams import StreamMonitor
 PREARM_OK = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK
 RC_RECEIVER = 0x10000  # MAV_SYS_STATUS_SENSOR_RC_RECEIVER
 TEXTS_KEPT = 3
+ROUND_TRIPS_KEPT = 64
 TEXT_MATTERS_US = 3_000_000
 
 
@@ -26,7 +27,7 @@ class Vehicle:
         prearm_ok: whether its own pre-arm checks pass (SYS_STATUS).
         transmitter: whether a transmitter is heard (SYS_STATUS).
         on_ground_since_us: since when EXTENDED_SYS_STATE has shown it on the ground; NEVER_US while it does not.
-        round_trip_us: of the last TIMESYNC that it answered; None before.
+        round_trips_us: of the last TIMESYNCs that it answered.
         streams: arrivals of the pose messages.
     """
 
@@ -38,7 +39,7 @@ class Vehicle:
         self.prearm_ok = False
         self.transmitter = False
         self.on_ground_since_us = NEVER_US
-        self.round_trip_us: int | None = None
+        self.round_trips_us: deque[int] = deque(maxlen=ROUND_TRIPS_KEPT)
         self.streams = {"ATTITUDE": StreamMonitor(), "LOCAL_POSITION_NED": StreamMonitor()}
         self._texts: deque[tuple[int, str]] = deque(maxlen=TEXTS_KEPT)
 
@@ -51,6 +52,11 @@ class Vehicle:
     def mode_name(self) -> str:
         """Name of the mode, "" before the first HEARTBEAT."""
         return self.mode.name if self.mode else ""
+
+    @property
+    def round_trip_s(self) -> float:
+        """The median of the last round trips, 0 before one was measured."""
+        return sorted(self.round_trips_us)[len(self.round_trips_us) // 2] * 1e-6 if self.round_trips_us else 0.0
 
     def take_heartbeat(self, message: Message) -> Mode | None:
         """Take in a HEARTBEAT; returns the mode if it is another one than before."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 
 from pydantic import Field
 
@@ -12,6 +12,8 @@ from mavquad.protocol.firmware import Firmware
 from mavquad.schema import Section
 
 WINDOW_US = 1_000_000
+LEAST_WINDOW_S = 1.5
+TIMES_AGAIN = 5
 
 
 class StreamParams(Section):
@@ -45,6 +47,41 @@ def wanted(params: StreamParams, firmware: Firmware) -> tuple[tuple[str, int, fl
 def requests(params: StreamParams, firmware: Firmware) -> list[Command]:
     """The commands that ask for the wanted streams."""
     return [set_interval(name, message_id, rate_hz) for name, message_id, rate_hz in wanted(params, firmware)]
+
+
+class StreamKeeper:
+    """Asks again for streams that do not come as they were asked for.
+
+    The ACK of SET_MESSAGE_INTERVAL does not say which message it is for, so on a lossy link the answer to a request that was
+    repeated may be taken for that to the next one; and an autopilot acknowledges what it then does not send.
+    """
+
+    def __init__(self, params: StreamParams, firmware: Firmware) -> None:
+        self._least_share = params.least_share
+        self._asked = {number: (name, rate_hz) for name, number, rate_hz in wanted(params, firmware) if rate_hz}
+        self._counts: Counter[int] = Counter()
+        self._left = dict.fromkeys(self._asked, TIMES_AGAIN)
+        self._since_us: int | None = None
+
+    def on_message(self, number: int) -> None:
+        """A message of this id arrived."""
+        self._counts[number] += 1
+
+    def again(self, now_us: int) -> list[Command]:
+        """To be called now and then: what to ask for once more, each a few times."""
+        since_us, window_s = self._since_us, 0.0 if self._since_us is None else (now_us - self._since_us) * 1e-6
+        if since_us is not None and window_s < LEAST_WINDOW_S:
+            return []
+        short = [number for number in self._asked if since_us is not None and self._is_short(number, window_s)]
+        self._since_us = now_us
+        self._counts.clear()
+        for number in short:
+            self._left[number] -= 1
+        return [set_interval(self._asked[number][0], number, self._asked[number][1]) for number in short]
+
+    def _is_short(self, number: int, window_s: float) -> bool:
+        least = self._least_share * self._asked[number][1] * window_s
+        return self._left[number] > 0 and self._counts[number] + 1 < least
 
 
 class StreamMonitor:
