@@ -18,7 +18,7 @@ from mavquad.endpoint import NEVER_US, Endpoint
 from mavquad.flight_record import Note
 from mavquad.url import Place
 
-MAX_WAIT_S = 1.0
+MAX_WAIT_US = 1_000_000
 
 
 class Clock:
@@ -47,6 +47,7 @@ class LiveDriver:
         self._clock = clock
         self._transport: Transport | None = None
         self._timer: asyncio.TimerHandle | None = None
+        self._timer_us = NEVER_US
         self._loop = asyncio.get_running_loop()
         self._failed = asyncio.Event()
         self._notes: list[Note] = []
@@ -110,7 +111,7 @@ class LiveDriver:
                 self._transport.send(frame)
 
     def _wake(self) -> None:
-        self._timer = None
+        self._timer, self._timer_us = None, NEVER_US
         self._guarded(lambda: self.runner.advance(self._clock.now_us()))
 
     def command(self, name: str, *args: float | str) -> None:
@@ -134,14 +135,17 @@ class LiveDriver:
         self._failed.set()
 
     def _schedule(self) -> None:
+        """Have a timer for the deadline, or for an earlier time: most deadlines move away with each frame, and a wake-up
+        too many costs less than a timer for each frame."""
+        deadline_us = self.runner.deadline_us
+        if deadline_us >= self._timer_us or self.failure is not None:
+            return
         if self._timer is not None:
             self._timer.cancel()
-            self._timer = None
-        deadline_us = self.runner.endpoint.next_deadline_us()
-        if self.failure is not None or deadline_us >= NEVER_US:
-            return
-        wait_s = max(0.0, (deadline_us - self._clock.now_us()) * 1e-6)
-        self._timer = self._loop.call_later(min(wait_s, MAX_WAIT_S), self._wake)
+        now_us = self._clock.now_us()
+        wait_us = min(max(0, deadline_us - now_us), MAX_WAIT_US)
+        self._timer_us = now_us + wait_us
+        self._timer = self._loop.call_later(wait_us * 1e-6, self._wake)
 
     # ------------------------------------------------------------------ for the one who waits
 

@@ -74,12 +74,20 @@ class Runner:
                 self._recorder.frame(self._input_stamp(now_us), frame, outbound=False)
 
     def frame(self, frame: bytes, now_us: int) -> None:
-        """Take in one whole frame."""
+        """Take in one whole frame. What answers it leaves before anything is written down: a setpoint must not wait."""
         stamp_us = self._input_stamp(now_us)
-        if self._recorder is not None:
-            self._recorder.frame(stamp_us, frame, outbound=False)
-        self.endpoint.receive(frame, stamp_us)
-        self._drain(stamp_us)
+        datagrams: list[bytes] = []
+        try:
+            self.endpoint.receive(frame, stamp_us)
+            datagrams = self.endpoint.datagrams_to_send()
+            for datagram in datagrams:
+                self._send(stamp_us, datagram)
+        finally:
+            if self._recorder is not None:
+                self._recorder.frame(stamp_us, frame, outbound=False)
+                for datagram in datagrams:
+                    self._recorder.frame(stamp_us, datagram, outbound=True)
+        self.deadline_us = self.endpoint.next_deadline_us()
 
     def command(self, name: str, act: Callable[..., None], now_us: int, args: tuple[float | str, ...] = ()) -> None:
         """Hand over a command of the operator: `act` is called with its stamp and its arguments, finite numbers."""

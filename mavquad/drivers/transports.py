@@ -27,6 +27,8 @@ from mavquad.url import Address, Place, SerialPort
 RECONNECT_S = 0.2
 BACKLOG_MAX = 512
 """Bytes that may wait in a stream: a tenth of a second at 57600 baud."""
+_READS_AT_ONCE = 32
+_DATAGRAM_MAX = 65535
 _SEND_BUFFER = 16384
 """Of TCP, in the kernel; it counts some hundred bytes of its own for each frame, so these are tens of frames."""
 _HINT = "check the host and the port"
@@ -74,36 +76,53 @@ class Transport(Protocol):
         """Close it; for good."""
 
 
-class UdpTransport(asyncio.DatagramProtocol):
-    """Speaks to the address that it was given, or answers who spoke last until the peer is known: the address whose
-    frame made the endpoint lock. From then on datagrams of others are counted and ignored."""
+class UdpTransport:
+    """Speaks to the address that it was given, or answers who spoke last until the peer is known: the address whose frame
+    made the endpoint lock. From then on datagrams of others are counted and ignored.
+
+    The socket is read and written here and not by asyncio's transport, which reads one datagram a turn of the loop.
+    """
 
     def __init__(self, receiver: Receiver, address: Address) -> None:
-        here = (address.host, address.port)
-        self._local = here if address.listens else None
-        self._remote = None if address.listens else here
         self._receiver = receiver
-        self._peer = self._heard = self._remote
-        self._connected = self._locked = self._remote is not None
-        self._transport: asyncio.DatagramTransport | None = None
+        self._address = address
+        self._connected = self._locked = not address.listens
+        self._peer: tuple[str, int] | None = None
+        self._heard: tuple[str, int] | None = None
+        self._socket: socket.socket | None = None
 
     async def open(self) -> None:
         """Open the socket."""
-        loop = asyncio.get_running_loop()
-        await loop.create_datagram_endpoint(lambda: self, local_addr=self._local, remote_addr=self._remote)
+        loop, address = asyncio.get_running_loop(), self._address
+        found = await loop.getaddrinfo(address.host, address.port, type=socket.SOCK_DGRAM)
+        family, _, _, _, place = found[0]
+        opened = socket.socket(family, socket.SOCK_DGRAM)
+        try:
+            opened.setblocking(False)
+            opened.bind(place) if address.listens else opened.connect(place)
+        except OSError:
+            opened.close()
+            raise
+        self._socket = opened
+        loop.add_reader(opened, self._readable)
 
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """The socket is open."""
-        self._transport = cast(asyncio.DatagramTransport, transport)
-
-    def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
-        """A datagram arrived."""
-        if not self._locked:
-            self._take_unlocked(data, addr[:2])
-        elif self._connected or addr[:2] == self._peer:
-            self._receiver.take_bytes(data)
-        else:
-            self._receiver.note_stranger()
+    def _readable(self) -> None:
+        """Take what is there, but let others have their turn."""
+        for _ in range(_READS_AT_ONCE):
+            if self._socket is None:
+                return
+            try:
+                data, sender = self._socket.recvfrom(_DATAGRAM_MAX)
+            except BlockingIOError:
+                return
+            except OSError:  # nobody listens at the other end just now; a vehicle that starts later is still found
+                continue
+            if not self._locked:
+                self._take_unlocked(data, sender[:2])
+            elif self._connected or sender[:2] == self._peer:
+                self._receiver.take_bytes(data)
+            else:
+                self._receiver.note_stranger()
 
     def _take_unlocked(self, data: bytes, sender: tuple[str, int]) -> None:
         if sender != self._heard:
@@ -115,26 +134,29 @@ class UdpTransport(asyncio.DatagramProtocol):
         self._receiver.take(frames)
         self._locked = self._peer == sender and self._receiver.is_locked()
 
-    def error_received(self, exc: Exception) -> None:
-        """Nobody listens at the other end just now; a vehicle that starts later is still found."""
-
     def send(self, frame: bytes) -> bool:
         """Send a datagram to the peer, if there is one."""
-        if self._transport is None or self._peer is None or self._transport.is_closing():
+        opened, peer = self._socket, self._peer
+        if opened is None or (peer is None and not self._connected):
             return False
-        self._transport.sendto(frame, None if self._connected else self._peer)
+        try:
+            opened.send(frame) if self._connected else opened.sendto(frame, cast(tuple[str, int], peer))
+        except OSError:  # no room, or what an earlier datagram met
+            return False
         return True
 
     @property
     def port(self) -> int:
         """The local port."""
-        assert self._transport is not None
-        return int(self._transport.get_extra_info("sockname")[1])
+        assert self._socket is not None
+        return int(self._socket.getsockname()[1])
 
     def close(self) -> None:
         """Close the socket."""
-        if self._transport is not None:
-            self._transport.close()
+        if self._socket is not None:
+            asyncio.get_running_loop().remove_reader(self._socket)
+            self._socket.close()
+            self._socket = None
 
 
 class _Stream(asyncio.Protocol):
