@@ -439,8 +439,9 @@ class Captain:
             return f"the autopilot's own pre-arm checks have not passed (mode {vehicle.mode_name})"
         if not vehicle.on_ground:
             return "EXTENDED_SYS_STATE does not show it on the ground"
-        if vehicle.round_trip_s > self._params.guards.stale_attitude_s:
-            return f"a round trip over the link takes {vehicle.round_trip_s:.2f} s: too slow to fly on"
+        round_trip_s = vehicle.round_trip_s
+        if round_trip_s is not None and round_trip_s > self._params.guards.stale_attitude_s:
+            return f"a round trip over the link takes {round_trip_s:.2f} s: too slow to fly on"
         if pose.attitude is None or pose.position is None:
             return "no pose"
         fault = self._control.guards.not_ready()
@@ -473,10 +474,11 @@ class Captain:
         asked, streams = self._params.streams, self._vehicle.streams
         attitude_hz = min(asked.attitude_hz, streams["ATTITUDE"].rate_hz(self._now_us))
         position_hz = min(asked.position_hz, streams["LOCAL_POSITION_NED"].rate_hz(self._now_us))
-        delay_s = self._control.law.allow_for(self._vehicle.round_trip_s)
+        round_trip_s = self._vehicle.round_trip_s
+        delay_s = self._control.law.allow_for(round_trip_s or 0.0)
         if delay_s:
             self._note("law", f"delay {delay_s:.3f} s, as measured")
-        self._control.start(attitude_hz, position_hz, self._now_us)
+        self._control.start(attitude_hz, position_hz, self._now_us, round_trip_s)
         # Where the vehicle is in the mode already, what is sent acts.
         self._control.law.in_control = self._firmware.acts_at_once
 

@@ -77,10 +77,10 @@ class Control:
         """A LOCAL_POSITION_NED; None if it is old."""
         return self.pose.take_position(message, now_us)
 
-    def start(self, attitude_hz: float, position_hz: float, now_us: int) -> None:
-        """The law answers measurements from now on, which go on coming at these rates."""
+    def start(self, attitude_hz: float, position_hz: float, now_us: int, round_trip_s: float | None) -> None:
+        """The law answers measurements from now on, which go on coming at these rates, over a link of this round trip."""
         self.on = True
-        self.guards.begin(attitude_hz, position_hz, now_us)
+        self.guards.begin(attitude_hz, position_hz, now_us, round_trip_s)
 
     def checked(self, ground_m: float) -> Tripped | None:
         """The first guard that the latest pose trips."""

@@ -26,6 +26,9 @@ class LinkLossParams(GuardSection):
     """Over this long, s."""
     round_trip_s: float = Field(default=0.5, ge=0.0, le=10.0)
     """A round trip (TIMESYNC) that takes longer, three times in a row, s; 0: off."""
+    slower_s: float = Field(default=0.08, ge=0.0, le=10.0)
+    """A round trip that takes this much longer than they did when the law took over, five times in a row, s; 0: off. The
+    law's margin of delay is 0.04 to 0.09 s, and what it asks for too late shakes the vehicle within two seconds."""
 
 
 class LinkLossMonitor:
@@ -44,6 +47,12 @@ class LinkLossMonitor:
         self._window_us = grid_us(params.window_s)
         self._marks: deque[tuple[int, int, int]] = deque()
         self._slow = 0
+        self._slower = 0
+        self._usual_s: float | None = None
+
+    def start(self, round_trip_s: float) -> None:
+        """The law takes over; a round trip took so long just before, the median."""
+        self._usual_s = round_trip_s
 
     def take(self, sequence: int, now_us: int) -> Tripped | None:
         """The next frame of the vehicle, by its sequence number."""
@@ -79,9 +88,18 @@ class LinkLossMonitor:
         """The next answer to a TIMESYNC of ours."""
         limit_s, seconds = self._params.round_trip_s, round_trip_us * 1e-6
         self._slow = self._slow + 1 if 0.0 < limit_s < seconds else 0
-        if self._slow < 3:
+        if self._slow >= 3:
+            words = f"a round trip over the link takes {seconds:.2f} s, {limit_s:g} allowed"
+            return Tripped("link loss", words, self._params.reaction)
+        return self._take_slower(seconds)
+
+    def _take_slower(self, seconds: float) -> Tripped | None:
+        usual_s, slower_s = self._usual_s, self._params.slower_s
+        is_slower = usual_s is not None and 0.0 < slower_s < seconds - usual_s
+        self._slower = self._slower + 1 if is_slower else 0
+        if usual_s is None or self._slower < 5:
             return None
-        words = f"a round trip over the link takes {seconds:.2f} s, {limit_s:g} allowed"
+        words = f"a round trip over the link takes {seconds:.2f} s, {usual_s + slower_s:.2f} allowed"
         return Tripped("link loss", words, self._params.reaction)
 
 

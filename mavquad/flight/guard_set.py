@@ -76,11 +76,13 @@ class GuardSet:
         self._lateness = LatenessMonitor(params.lateness)
         self.gcs = GcsLossMonitor(params.gcs_loss)
 
-    def begin(self, attitude_hz: float, position_hz: float, now_us: int) -> None:
-        """The law takes over; these rates are expected to go on."""
+    def begin(self, attitude_hz: float, position_hz: float, now_us: int, round_trip_s: float | None = None) -> None:
+        """The law takes over; these rates are expected to go on, and a round trip over the link, where it was measured."""
         self._attitudes.start(attitude_hz, now_us)
         self._positions.start(position_hz, now_us)
         self.gcs.start(now_us)
+        if round_trip_s is not None:
+            self._link.start(round_trip_s)
 
     def not_ready(self) -> str:
         """Why the law should not be let fly, in words; empty where nothing speaks against it."""

@@ -54,9 +54,9 @@ class Vehicle:
         return self.mode.name if self.mode else ""
 
     @property
-    def round_trip_s(self) -> float:
-        """The median of the last round trips, 0 before one was measured."""
-        return sorted(self.round_trips_us)[len(self.round_trips_us) // 2] * 1e-6 if self.round_trips_us else 0.0
+    def round_trip_s(self) -> float | None:
+        """The median of the last round trips; None before one was measured."""
+        return sorted(self.round_trips_us)[len(self.round_trips_us) // 2] * 1e-6 if self.round_trips_us else None
 
     def take_heartbeat(self, message: Message) -> Mode | None:
         """Take in a HEARTBEAT; returns the mode if it is another one than before."""
