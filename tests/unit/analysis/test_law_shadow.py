@@ -109,6 +109,23 @@ def test_without_a_target_it_holds_where_the_phase_began(log):
     assert set(phase.track.reference_nwu_m) == {first}
 
 
+def test_where_targets_lapse_it_holds_there_each_time(log):
+    flight(log, rate_hz=10.0, targets=False)
+    for from_s in (5, 20):
+        for tenth in range(30):
+            t = from_s + tenth / 10
+            position, *_ = place(t)
+            log.add(t, dialect.MAVLink_position_target_local_ned_message(round(t * 1000), 1, 0, *position, *[0.0] * 8))
+    [phase] = shadowed(log).phases
+    at = dict(zip([round(t, 1) for t in phase.track.times_s], phase.track.reference_nwu_m, strict=True))
+    flown = dict(zip([round(t, 1) for t in phase.track.times_s], phase.track.position_nwu_m, strict=True))
+    assert at[4.0] == at[2.0] == pytest.approx(flown[2.0], abs=1e-6)
+    assert at[6.0] == pytest.approx(flown[6.0], abs=0.02)
+    assert at[19.0] == at[10.0] == pytest.approx(flown[9.5], abs=0.2)
+    assert at[31.0] == at[25.0] == pytest.approx(flown[24.5], abs=0.2)
+    assert phase.reference == "POSITION_TARGET_LOCAL_NED (30%), else hold"
+
+
 @pytest.mark.parametrize(("offset_ned", "number", "sign"), [((1, 0, 0), 1, 1), ((0, 1, 0), 0, 1), ((0, 0, -1), 3, 1)])
 def test_the_setpoint_leads_to_the_target(log, offset_ned, number, sign):
     """FLU: pitch is nose down, northwards; roll leans to the right, eastwards."""

@@ -48,6 +48,12 @@ def test_a_step_stays_a_step(log):
     assert {target.velocity_nwu_m_s for target in of(log).positions} == {(0.0, 0.0, 0.0)}
 
 
+def test_what_goes_to_and_fro_does_not_move(log):
+    for tenth in range(20):
+        local_target(log, tenth / 10, (tenth % 2, 0, 0))
+    assert {target.velocity_nwu_m_s for target in of(log).positions} == {(0.0, 0.0, 0.0)}
+
+
 @pytest.mark.parametrize(
     ("place", "mask", "frame"), [((NAN, 0, 0), 0, 1), ((1, 2, 3), 0x1, 1), ((1, 2, 3), 0x4, 1), ((1, 2, 3), 0, 8)]
 )

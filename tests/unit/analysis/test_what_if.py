@@ -45,11 +45,22 @@ def test_the_flown_law_beside_itself_is_equal_to_the_bit(torque):
 
 
 @pytest.mark.parametrize(
-    "options", [{"law.depth": '"rate"'}, {"law.form": '"state_feedback"', "law.depth": '"attitude"'}]
+    "options",
+    [
+        {"law.depth": '"rate"'},
+        {"law.form": '"state_feedback"', "law.depth": '"attitude"'},
+        # On prediction now and then, with less of the tilt that the wind takes.
+        {
+            "guards.late_position_s": 0.03,
+            "guards.stale_position_s": 0.12,
+            "mock.link.loss": 0.3,
+            "law.limits.tilt_max_deg": 22,
+        },
+    ],
 )
-def test_so_it_is_at_other_depths_and_with_state_feedback(options):
+def test_so_it_is_at_other_depths_with_state_feedback_and_late_positions(options):
     flight, seen = flown({**SHORT, **options})
-    found = what_if(seen, flight.config.law, flight.config.law.depth)
+    found = what_if(seen, flight.config.law, flight.rows[0].depth)
     assert [answer.other for answer in found.answers] == flight.rows
 
 
