@@ -1,8 +1,8 @@
 """From a pose datagram to the setpoint datagram that answers it, of three clients of one kind of mock, one after the other:
 
-    echo      asyncio and pymavlink and nothing else: every pose is parsed and answered with one SET_ATTITUDE_TARGET
+    echo      asyncio and pymavlink and nothing else: every ATTITUDE is answered with one SET_ATTITUDE_TARGET
     mavquad   `mavquad fly`, under the law
-    mavsdk    MAVSDK-Python, asyncio: every position is answered with set_attitude_rate (if it is installed)
+    mavsdk    MAVSDK-Python, asyncio: every attitude is answered with set_attitude_rate (if it is installed)
 
 `python tests/bench/latency.py [--seconds 20] [--json] [CLIENT ...]`. All are measured from outside, by a proxy between mock
 and client: from just before the pose is sent to the client until the kernel has its setpoint. The poses come at 100 Hz, by
@@ -141,7 +141,7 @@ def measure(name: str, seconds: float) -> dict[str, Any]:
         try:
             with mock(proxy):
                 from_ns, to_ns, used_s = watch(proxy, client, seconds)
-                stream = "LOCAL_POSITION_NED"
+                stream = "ATTITUDE"
                 result: dict[str, Any] = {}
                 if name == "mavquad":
                     while client.poll() is None:
@@ -210,7 +210,7 @@ async def echo(port: int) -> None:
 
         def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
             for message in parser.parse_buffer(data) or ():
-                if message.get_type() == "LOCAL_POSITION_NED":
+                if message.get_type() == "ATTITUDE":
                     target = dialect.MAVLink_set_attitude_target_message(
                         message.time_boot_ms, 1, 1, 0x80, [1, 0, 0, 0], 0.0, 0.0, 0.0, 0.0
                     )
@@ -241,7 +241,7 @@ async def mavsdk(port: int) -> None:
     await telemetry.set_rate_position_velocity_ned(float(RATE_HZ))
     await telemetry.set_rate_attitude_euler(float(RATE_HZ))
     still = AttitudeRate(roll_deg_s=0.0, pitch_deg_s=0.0, yaw_deg_s=0.0, thrust_value=0.0)
-    async for _ in telemetry.subscribe_position_velocity_ned():
+    async for _ in telemetry.subscribe_attitude_euler():
         await offboard.set_attitude_rate(still)
 
 
