@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 
-from sitl_mock.geometry import Quaternion, Vec3, conjugate, multiply, normalised, rotate
+from sitl_mock.geometry import ZERO3, Quaternion, Vec3, conjugate, multiply, normalised, rotate
 
 _OPPOSITE = 1e-5
 """Part of a half turn's cosine within which the shortest turn has no definite axis."""
@@ -24,9 +24,10 @@ def wanted_rates(
     attitude: Quaternion, wanted: Quaternion, yaw_rate_rad_s: float, gains: Vec3, yaw_weight: float, limits: Vec3
 ) -> Vec3:
     """Body rates in rad/s (FRD) towards a finite, non-zero quaternion; gains in 1/s, limits in rad/s."""
-    e = _weighted(multiply(conjugate(attitude), normalised(wanted)), yaw_weight)
+    back = conjugate(attitude)
+    e = _weighted(multiply(back, normalised(wanted)), yaw_weight)
     twice = 2.0 if e[0] >= 0 else -2.0
-    down = rotate(conjugate(attitude), (0.0, 0.0, yaw_rate_rad_s))
+    down = rotate(back, (0.0, 0.0, yaw_rate_rad_s)) if yaw_rate_rad_s else ZERO3
     return (
         _limited(twice * gains[0] * e[1] + down[0], limits[0]),
         _limited(twice * gains[1] * e[2] + down[1], limits[1]),

@@ -32,6 +32,7 @@ from sitl_mock.world import TICK_S, World
 
 _OFF: Vec4 = (0.0, 0.0, 0.0, 0.0)
 _CRASH_SPEED_M_S = 3.0
+_SETUP_SIGNING = mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
 _AUTOPILOT_IDS: dict[str, int] = {"px4": mavlink.MAV_AUTOPILOT_PX4, "ardupilot": mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA}
 
 
@@ -150,7 +151,7 @@ class MockAutopilot:
             if any(self.script.acting(Deaf)):
                 return
         message = decode(data)
-        if message_id(data) == mavlink.MAVLINK_MSG_ID_SETUP_SIGNING:
+        if message_id(data) == _SETUP_SIGNING:
             self._set_up_signing(message)
         else:
             self._personality.handle(message, frame_source(data), at, now_us - self._boot_us)
@@ -168,30 +169,33 @@ class MockAutopilot:
 
     def next_deadline_us(self) -> int:
         """The next tick of the physics."""
-        is_over = self._wakes_us == NEVER_US and self._world.state.on_ground
-        return NEVER_US if is_over else self._clock.wall_us(self._tick_us + TICK_US)
+        if self._wakes_us == NEVER_US and self._world.state.on_ground:
+            return NEVER_US
+        return self._clock.wall_us(self._tick_us + TICK_US)
 
     def on_deadline(self, now_us: int) -> None:
         """One tick: the vehicle moves under the last motor commands, then is measured, controlled and reported."""
         self._tick_us = now_us = self._tick_us + TICK_US  # `now_us` by the vehicle's own clock
+        world, has_faults = self._world, self.script.has_faults
         for port in self.ports:
             port.now_us = now_us
-        self._world.step(self._motor_commands, now_us - self._start_us)
-        if self.script.has_faults:
+        world.step(self._motor_commands, now_us - self._start_us)
+        if has_faults:
             self._go_wrong(now_us)
         if now_us < self._wakes_us:
             self._notice_impact()
             return
         if self._is_down:
             self._boot_us = now_us
-        self._restamp()
+        if self._boot_us != self._start_us:
+            self._restamp()
         if self._is_down:
             self._boot(self._personality.stored_parameters)
-        boot_us = now_us - self._boot_us
-        self._motor_commands = self._personality.fly(self._world.state, self._world.estimate, boot_us, TICK_S)
-        if self.script.has_faults:
+        personality, boot_us = self._personality, now_us - self._boot_us
+        self._motor_commands = personality.fly(world.state, world.estimate, boot_us, TICK_S)
+        if has_faults:
             self._observe()
-        self._personality.report(boot_us)
+        personality.report(boot_us)
 
     def _go_wrong(self, now_us: int) -> None:
         """Let the faults of the script happen whose moment has come."""
@@ -220,10 +224,9 @@ class MockAutopilot:
         self.script.observe(personality.mode, personality.armed, personality.landed)
 
     def _restamp(self) -> None:
-        """Stamp this tick's estimate in the software's time."""
-        if self._boot_us != self._start_us:
-            estimate = self._world.estimate
-            estimate.stamp_us = max(0, estimate.stamp_us - (self._boot_us - self._start_us))
+        """Stamp this tick's estimate in the software's time, which began later than the world's."""
+        estimate = self._world.estimate
+        estimate.stamp_us = max(0, estimate.stamp_us - (self._boot_us - self._start_us))
 
     def datagrams_to_send(self, port: int = 0) -> list[bytes]:
         """The frames made since the last call, each a datagram."""

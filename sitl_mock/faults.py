@@ -100,7 +100,7 @@ class _Direction:
             for frame in frames:
                 self._send_one(frame, now_us)
         else:
-            self._road.put(floor_to_grid_us(now_us + self._latency_us), self, frames)
+            self._road.put((now_us + self._latency_us) & -GRID_US, self, frames)
 
     def _send_one(self, data: bytes, now_us: int) -> None:
         delay_us = self._latency_us
@@ -191,21 +191,19 @@ class ImpairedLink:
         """What reaches the far side of a port now."""
         if self._is_ideal and not self._faults:
             return self._inner.datagrams_to_send(port)
-        arrived, self._arrived[port] = self._arrived[port], []
+        arrived = self._arrived[port]
+        if arrived:
+            self._arrived[port] = []
         return arrived
 
     def _run(self, now_us: int) -> None:
         inner, road = self._inner, self._road
-        while True:
-            inner_us, road_us = self._inner_us, road.next_us
+        while (inner_us := self._inner_us) <= now_us or road.next_us <= now_us:
+            road_us = road.next_us
             if inner_us <= road_us:
-                if inner_us > now_us:
-                    return
                 inner.on_deadline(inner_us)
                 self._collect(inner_us)
-            elif road_us > now_us:
-                return
-            elif road.next_is_inbound() and road_us <= self._last_input_us:
+            elif road_us <= self._last_input_us and road.next_is_inbound():
                 # The inner endpoint's inputs have strictly increasing stamps.
                 road.put_off(self._last_input_us + GRID_US)
             else:
@@ -214,7 +212,7 @@ class ImpairedLink:
     def _arrive(self, due_us: int) -> None:
         direction, frames = self._road.take()
         if not direction.is_inbound:
-            self._arrived[direction.port] += frames
+            self._arrived[direction.port] = self._arrived[direction.port] + frames
             return
         for frame in frames:
             self._last_input_us = due_us

@@ -9,7 +9,7 @@ Distances and directions from the origin are true. With c the angle at the centr
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from sitl_mock.geometry import Vec3
 
@@ -23,6 +23,13 @@ class Origin:
     latitude_deg: float
     longitude_deg: float
     altitude_m: float
+    _sin_phi0: float = field(init=False, repr=False, compare=False)
+    _cos_phi0: float = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        phi0 = math.radians(self.latitude_deg)
+        object.__setattr__(self, "_sin_phi0", math.sin(phi0))
+        object.__setattr__(self, "_cos_phi0", math.cos(phi0))
 
     def geographic(self, position_ned_m: Vec3) -> tuple[float, float, float]:
         """Latitude and longitude in degrees, and altitude in m."""
@@ -31,12 +38,10 @@ class Origin:
         if angle == 0.0:
             return self.latitude_deg, self.longitude_deg, self.altitude_m - down
         azimuth = math.atan2(east, north)
-        phi0 = math.radians(self.latitude_deg)
-        sin_c, cos_c = math.sin(angle), math.cos(angle)
-        sin_phi = cos_c * math.sin(phi0) + sin_c * math.cos(phi0) * math.cos(azimuth)
-        turn = math.atan2(
-            sin_c * math.sin(azimuth), math.cos(phi0) * cos_c - math.sin(phi0) * sin_c * math.cos(azimuth)
-        )
+        sin_phi0, cos_phi0 = self._sin_phi0, self._cos_phi0
+        sin_c, cos_c, cos_azimuth = math.sin(angle), math.cos(angle), math.cos(azimuth)
+        sin_phi = cos_c * sin_phi0 + sin_c * cos_phi0 * cos_azimuth
+        turn = math.atan2(sin_c * math.sin(azimuth), cos_phi0 * cos_c - sin_phi0 * sin_c * cos_azimuth)
         latitude = math.asin(max(-1.0, min(1.0, sin_phi)))
         longitude = (self.longitude_deg + math.degrees(turn) + 180.0) % 360.0 - 180.0
         return math.degrees(latitude), longitude, self.altitude_m - down

@@ -96,14 +96,14 @@ def step(
     gains: Gains, state: LoopState, setpoint: Setpoint, estimate: Estimate, dt_s: float
 ) -> tuple[TorqueSetpoint, LoopState]:
     """One pass of the cascade from the setpoint's own level down to torques and thrust."""
+    if isinstance(setpoint, TorqueSetpoint):
+        return setpoint, state
     if isinstance(setpoint, PositionSetpoint):
         setpoint, state = position_loop(gains, state, setpoint, estimate, dt_s)
     if isinstance(setpoint, AttitudeSetpoint):
         state = LoopState(state.velocity_integral_m_s2, state.rate_integral_norm, setpoint.quaternion)
         setpoint = attitude_loop(gains, setpoint, estimate)
-    if isinstance(setpoint, RatesSetpoint):
-        return rate_loop(gains, state, setpoint, estimate, dt_s)
-    return setpoint, state
+    return rate_loop(gains, state, setpoint, estimate, dt_s)
 
 
 def position_loop(

@@ -57,18 +57,20 @@ class Port:
         if self.signatures is not None and not self.signatures.lets_in(frame, now_us):
             return False
         self.heard = True
+        heard = frame_version(frame)
         # A radio's own report says nothing of who is behind it.
-        if message_id(frame) != _RADIO_STATUS:
-            heard = frame_version(frame)
+        if heard != self._encoder.version and message_id(frame) != _RADIO_STATUS:
             self._encoder.version = heard if self._in_kind else max(self._encoder.version, heard)
         return True
 
     def send(self, message: Message) -> None:
         """Send a message next, unless a fault makes something else of it."""
-        if self.spoil is not None:
-            message = self.spoil(message)
-        if message is not None:
-            self.send_as_is(message)
+        if self.spoil is None and self.signatures is None and self._encoder.version != 1:
+            self.frames.append(self._encoder.encode(message))  # nothing is in its way
+            return
+        spoiled = message if self.spoil is None else self.spoil(message)
+        if spoiled is not None:
+            self.send_as_is(spoiled)
 
     def send_as_is(self, message: Message) -> None:
         """Pack a message, to be sent next. MAVLink 1 has no ids above 255: there, such a message is not sent."""

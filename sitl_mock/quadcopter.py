@@ -83,16 +83,30 @@ class RigidBody:
         before = self.state
         if before.on_ground and self._rests(before, motor_commands):
             return
-        thrusts = self._thrusts(lagged(before.motors, motor_commands, self._lag_mean))
+        thrusts, motors = self._driven(before.motors, motor_commands)
         rates_in_the_middle, rates = self._rates_after(before.rates_frd_rad_s, thrusts)
         quaternion = turned(before.quaternion, rates_in_the_middle, self._dt_s)
         down = down_axis(quaternion)
         position, velocity, acceleration = self._moved(before, down, sum(thrusts), wind_ned_m_s)
-        motors = lagged(before.motors, motor_commands, self._lag_end)
         self._down = down
         self.state = VehicleState(position, velocity, quaternion, rates, motors, False, None, acceleration)
         if position[2] >= 0.0 and velocity[2] >= 0.0:
             self._touch_down()
+
+    def _driven(self, levels: Vec4, commands: Vec4) -> tuple[Vec4, Vec4]:
+        """Thrusts at the mean levels of the step, and the levels at its end: `_thrusts` and `lagged` in one."""
+        (u1, u2, u3, u4), (c1, c2, c3, c4) = levels, commands
+        linear, square = self._curve
+        f1, f2, f3, f4 = self._gains
+        mean, end = self._lag_mean, self._lag_end
+        u1, u2, u3, u4 = u1 - c1, u2 - c2, u3 - c3, u4 - c4
+        a, b, c, d = c1 + u1 * mean, c2 + u2 * mean, c3 + u3 * mean, c4 + u4 * mean
+        return (
+            f1 * a * (linear + square * a),
+            f2 * b * (linear + square * b),
+            f3 * c * (linear + square * c),
+            f4 * d * (linear + square * d),
+        ), (c1 + u1 * end, c2 + u2 * end, c3 + u3 * end, c4 + u4 * end)
 
     def _thrusts(self, levels: Vec4) -> Vec4:
         """Thrust of each rotor in N."""

@@ -113,13 +113,15 @@ class _Sample(Estimate):
     def __init__(
         self,
         stamp_us: int,
-        truth: tuple[VehicleState, VehicleState, float],
+        before: VehicleState,
+        after: VehicleState,
+        back_s: float,
         errors: list[float],
         offset: tuple[Vec3, int],
         battery: Battery,
     ) -> None:
         self.stamp_us = stamp_us
-        self._before, self._after, self._back_s = truth
+        self._before, self._after, self._back_s = before, after, back_s
         self._errors = errors
         self._offset_m, self.reset_count = offset
         self.battery = battery
@@ -136,22 +138,19 @@ class Estimator:
 
     def step(self, truth: VehicleState, boot_us: int, battery: Battery = FULL) -> Estimate:
         """The estimate published at `boot_us`, given the truth of that moment; to be called at every tick."""
-        self._history.append((boot_us, truth))
-        sample_us = max(0, boot_us - self._age_us)
-        return _Sample(sample_us, self._truth_at(sample_us), self._errors.step(), self._offset, battery)
+        history = self._history
+        history.append((boot_us, truth))
+        sample_us = boot_us - self._age_us if boot_us > self._age_us else 0
+        while len(history) > 1 and history[1][0] <= sample_us:
+            history.popleft()
+        before_us, before = history[0]
+        if sample_us <= before_us or len(history) == 1:
+            return _Sample(sample_us, before, before, 0.0, self._errors.step(), self._offset, battery)
+        after_us, after = history[1]
+        back_s = (after_us - sample_us) * 1e-6
+        return _Sample(sample_us, before, after, back_s, self._errors.step(), self._offset, battery)
 
     def jump_position(self, offset_ned_m: Vec3) -> None:
         """From now on the position is off by this much more."""
         (x, y, z), count = self._offset
         self._offset = (x + offset_ned_m[0], y + offset_ned_m[1], z + offset_ned_m[2]), count + 1
-
-    def _truth_at(self, sample_us: int) -> tuple[VehicleState, VehicleState, float]:
-        """The states before and after that moment, and how long before the latter it is in s."""
-        history = self._history
-        while len(history) > 1 and history[1][0] <= sample_us:
-            history.popleft()
-        before_us, before = history[0]
-        if len(history) == 1 or sample_us <= before_us:
-            return before, before, 0.0
-        after_us, after = history[1]
-        return before, after, (after_us - sample_us) * 1e-6

@@ -24,6 +24,7 @@ class World:
     """The simulated world of one vehicle.
 
     Attributes:
+        state: the true state now.
         estimate: what the autopilot's estimator says now.
     """
 
@@ -34,18 +35,14 @@ class World:
         self._battery = BatteryModel(config.vehicle.battery(), self._params)
         self._supply = 1.0
         self._estimator = Estimator(config.estimator, seed)
-        self.estimate: Estimate = self._estimator.step(self._plant.state, 0, self._battery.reading)
-
-    @property
-    def state(self) -> VehicleState:
-        """The true state now."""
-        return self._plant.state
+        self.state: VehicleState = self._plant.state
+        self.estimate: Estimate = self._estimator.step(self.state, 0, self._battery.reading)
 
     def step(self, motor_commands: Vec4, boot_us: int) -> None:
         """One tick: the vehicle moves under these commands, then is measured."""
         plant, battery = self._plant, self._battery
-        plant.step(motor_commands, self._wind.step(plant.state))
-        state = plant.state
+        plant.step(motor_commands, self._wind.step(self.state))
+        state = self.state = plant.state
         battery.step(state.motors)
         if abs(battery.supply - self._supply) > _SUPPLY_STEP:
             self._change()

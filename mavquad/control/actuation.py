@@ -73,13 +73,9 @@ def response(length: int, lag_s: float, tau_us: int) -> Response:
     return Response(taylor, (*step, 1.0 - left), (*memory, left))
 
 
-class Interval(NamedTuple):
-    """What happens between two moments: the command in force at the start and when others take over."""
-
-    whole: Response
-    first: Vec4
-    switches: list[tuple[tuple[float, ...], Vec4, Vec4]]
-    """(answer to a unit step of that age at the end, the command that took over, the one before)."""
+Interval = tuple[Response, Vec4, list[tuple[tuple[float, ...], Vec4, Vec4]]]
+"""What happens between two moments: the response to the whole of it, the command in force at the start, and when others
+take over, the latest first: (answer to a unit step of that age at the end, the command that took over, the one before)."""
 
 
 def interval(length: int, lag_s: float, commands: tuple[Command, ...], from_us: int, to_us: int) -> Interval:
@@ -90,13 +86,16 @@ def interval(length: int, lag_s: float, commands: tuple[Command, ...], from_us: 
 def between(known: Responses, commands: tuple[Command, ...], from_us: int, to_us: int) -> Interval:
     """The same, for a chain whose responses are at hand."""
     last = max(bisect_left(commands, (to_us,)) - 1, 0)
-    first = min(max(bisect_left(commands, (from_us + 1,)), 1) - 1, last)
+    since_us, command = commands[last]
+    if since_us <= from_us or last == 0:
+        return known[to_us - from_us], command, []
+    first = max(bisect_left(commands, (from_us + 1,), 0, last), 1) - 1
     # In force at the start is commands[first]; those up to commands[last] take over, the latest first.
     later, earlier = commands[last:first:-1], commands[first:last][::-1]
     switches = [
         (known[to_us - start_us].step, new, old) for (start_us, new), (_, old) in zip(later, earlier, strict=True)
     ]
-    return Interval(known[to_us - from_us], commands[first][1], switches)
+    return known[to_us - from_us], commands[first][1], switches
 
 
 def appended(commands: tuple[Command, ...], new: Command, oldest_needed_us: int) -> tuple[Command, ...]:
@@ -130,8 +129,8 @@ class Sums(NamedTuple):
     lagged: str
 
 
-def sums(length: int) -> Sums:
-    """Of a chain of this length."""
+def sums(length: int, with_lagged: bool = True) -> Sums:
+    """Of a chain of this length; the lagged input at the end is left out where nobody wants it."""
     r = range(length)
 
     def names(letter: str) -> str:
@@ -148,11 +147,11 @@ def sums(length: int) -> Sums:
                 + " + ".join(f"h{k} * z{i + k}" for k in range(1, length - i + 1))
                 for i in r
             ),
-            f"a = s{length} * first + m{length} * lagged",
+            *([f"a = s{length} * first + m{length} * lagged"] if with_lagged else []),
             f"for ({names('u')}), new, old in switches:",
             "    change = new[channel] - old[channel]",
             *(f"    d{i} += u{i} * change" for i in r),
-            f"    a += u{length} * change",
+            *([f"    a += u{length} * change"] if with_lagged else []),
         ],
         state=f"[{', '.join(f'd{i}' for i in r)}, z{length}]",
         lagged="a",

@@ -48,12 +48,13 @@ def chain_code(length: int, shape: Shape) -> ChainCode:
     code = sums(length)
     each = ["for chain, channel in zip(chains, channels):", "    state, lagged = chain.values, chain.lagged"]
     own = [f"    {line}" for line in code.own]
+    seen = [f"    {line}" for line in sums(length, with_lagged=False).own]
     moved = [f"    chain.values, chain.lagged = {code.state}, {code.lagged}", *_slide(shape)]
     return ChainCode(
         predict=written("def predict(chains, channels, span):", [*code.shared, *each, *own, *moved]),
         ahead=written(
             "def ahead(chains, channels, span):",
-            [*code.shared, "found = []", *each, *own, f"    found.append({code.state})", "return found"],
+            [*code.shared, "found = []", *each, *seen, f"    found.append({code.state})", "return found"],
         ),
         rows=tuple(_row(length, shape, row) for row in range(len(shape))),
     )

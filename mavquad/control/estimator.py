@@ -178,13 +178,13 @@ class Estimator:
 
     def _measured_acceleration(self) -> Vec3:
         push_x, push_y, push_z = self.push()
-        a, (z, _, x, y) = self._tune.friction_1_s, self.values()
-        return (push_x - a * x[1], push_y - a * y[1], push_z - a * z[1])
+        a, (z, _, x, y) = self._tune.friction_1_s, self.chains
+        return (push_x - a * x.values[1], push_y - a * y.values[1], push_z - a * z.values[1])
 
     def _measured_jerk(self) -> Vec3:
         turn_x, turn_y, turn_z = self._measured_turn()
-        a, (z, _, x, y) = self._tune.friction_1_s, self.values()
-        return (turn_x - a * x[2], turn_y - a * y[2], turn_z - a * z[2])
+        a, (z, _, x, y) = self._tune.friction_1_s, self.chains
+        return (turn_x - a * x.values[2], turn_y - a * y.values[2], turn_z - a * z.values[2])
 
     def _copy_state(self) -> None:
         """State feedback: the chains are what is measured now, friction as far as known, and sigma is zero."""

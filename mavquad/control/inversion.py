@@ -84,18 +84,18 @@ def apply(gain: Gain, inputs: Inputs) -> Vec3:
 
 def to_world(t: Trig, body: Vec3) -> Vec3:
     """R times a vector of the body's axes."""
-    a, b, c = body
+    (a, b, c), (s_roll, c_roll, s_pitch, c_pitch, s_yaw, c_yaw) = body, t
     # Rz(yaw) Ry(pitch) Rx(roll), from the right.
-    b, c = t.c_roll * b - t.s_roll * c, t.s_roll * b + t.c_roll * c
-    a, c = t.c_pitch * a + t.s_pitch * c, -t.s_pitch * a + t.c_pitch * c
-    return (t.c_yaw * a - t.s_yaw * b, t.s_yaw * a + t.c_yaw * b, c)
+    b, c = c_roll * b - s_roll * c, s_roll * b + c_roll * c
+    a, c = c_pitch * a + s_pitch * c, -s_pitch * a + c_pitch * c
+    return (c_yaw * a - s_yaw * b, s_yaw * a + c_yaw * b, c)
 
 
 def _to_body(t: Trig, world: Vec3) -> Vec3:
-    a, b, c = world
-    a, b = t.c_yaw * a + t.s_yaw * b, -t.s_yaw * a + t.c_yaw * b
-    a, c = t.c_pitch * a - t.s_pitch * c, t.s_pitch * a + t.c_pitch * c
-    return (a, t.c_roll * b + t.s_roll * c, -t.s_roll * b + t.c_roll * c)
+    (a, b, c), (s_roll, c_roll, s_pitch, c_pitch, s_yaw, c_yaw) = world, t
+    a, b = c_yaw * a + s_yaw * b, -s_yaw * a + c_yaw * b
+    a, c = c_pitch * a - s_pitch * c, s_pitch * a + c_pitch * c
+    return (a, c_roll * b + s_roll * c, -s_roll * b + c_roll * c)
 
 
 def _drift(gain: Gain) -> Vec3:

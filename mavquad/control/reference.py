@@ -138,6 +138,8 @@ def pose_channels(pose: Pose) -> Channels:
 def shifted(derivatives: tuple[float, ...], ahead_s: float) -> tuple[float, ...]:
     """A channel of a reference (its value and four derivatives) some time later, by its own Taylor series."""
     r0, r1, r2, r3, r4 = derivatives
+    if r1 == r2 == r3 == r4 == 0.0:
+        return derivatives
     half, third, fourth = ahead_s / 2.0, ahead_s / 3.0, ahead_s / 4.0
     return (
         r0 + ahead_s * (r1 + half * (r2 + third * (r3 + fourth * r4))),

@@ -29,8 +29,9 @@ class Lockstep:
         self._to_near: deque[bytes] = deque()
         self._to_far: deque[bytes] = deque()
         self.now_us = START_US
-        self.near = Runner(near, START_US, lambda _stamp_us, data: self._to_far.append(data), recorder)
-        self.far = Runner(far, START_US, lambda _stamp_us, data: self._to_near.append(data))
+        to_near, to_far = self._to_near.append, self._to_far.append
+        self.near = Runner(near, START_US, lambda _stamp_us, data: to_far(data), recorder)
+        self.far = Runner(far, START_US, lambda _stamp_us, data: to_near(data))
 
     def run(self, until: Callable[[], bool], limit_s: float) -> None:
         """Run until the condition holds or `limit_s` of virtual time has passed since the start."""
@@ -58,9 +59,9 @@ class Lockstep:
     def _carry(self) -> None:
         to_near, to_far, now_us = self._to_near, self._to_far, self.now_us
         while to_near or to_far:
-            if to_near:
+            while to_near:
                 self.near.datagram(to_near.popleft(), now_us)
-            else:
+            if to_far:
                 self.far.datagram(to_far.popleft(), now_us)
 
     def end(self) -> None:

@@ -51,19 +51,21 @@ class Runner:
 
     def advance(self, now_us: int) -> None:
         """Let time pass up to `now_us`."""
-        now_us = floor_to_grid_us(now_us)
+        now_us &= -GRID_US
         if now_us > self._reached_us:
             self._reached_us = now_us
         endpoint = self.endpoint
         while (stamp_us := self.deadline_us) <= now_us:
             self.deadline_us = fire(endpoint, stamp_us)
-            datagrams = endpoint.datagrams_to_send()
-            if datagrams:
+            if datagrams := endpoint.datagrams_to_send():
                 self._out(stamp_us, datagrams)
 
     def datagram(self, data: bytes, now_us: int) -> None:
         """Take in what a transport delivered."""
-        self.frames(self.framer.push(data), now_us)
+        if self.framer.takes(data):
+            self.frame(data, now_us)
+        else:
+            self.frames(self.framer.push(data), now_us)
 
     def frames(self, frames: list[bytes], now_us: int) -> None:
         """Take in the whole frames of one delivery; one of an unknown message is recorded and goes no further."""
@@ -104,7 +106,7 @@ class Runner:
             self._recorder.event(stamp_us, "end")
 
     def _input_stamp(self, now_us: int) -> int:
-        stamp_us = floor_to_grid_us(now_us)
+        stamp_us = now_us & -GRID_US
         if stamp_us <= self.last_us:
             stamp_us = self.last_us + GRID_US
         self.last_us = stamp_us
@@ -113,8 +115,7 @@ class Runner:
         return stamp_us
 
     def _drain(self, stamp_us: int) -> None:
-        datagrams = self.endpoint.datagrams_to_send()
-        if datagrams:
+        if datagrams := self.endpoint.datagrams_to_send():
             self._out(stamp_us, datagrams)
         self.deadline_us = self.endpoint.next_deadline_us()
 

@@ -107,7 +107,7 @@ class MissionServer:
         self._plans = plans
         self._speaks_int = asks_for_int
         self._in_order = in_order
-        self._transfers: dict[Port, _Transfer] = {}
+        self.transfers: dict[Port, _Transfer] = {}
         self._finished: dict[Port, tuple[Sender, int, int]] = {}
         self._handlers: dict[str, Callable[[Message, Sender, Port, int], None]] = {
             "MISSION_COUNT": self._count,
@@ -133,10 +133,10 @@ class MissionServer:
 
     def step(self, boot_us: int) -> None:
         """Ask again, and give up, as time passes."""
-        for port, transfer in list(self._transfers.items()) if self._transfers else ():
+        for port, transfer in list(self.transfers.items()) if self.transfers else ():
             if boot_us - transfer.heard_us > _GIVE_UP_US:
                 self._plans.say(_CRITICAL, "Operation timeout")
-                del self._transfers[port]
+                del self.transfers[port]
             elif transfer.is_upload and boot_us - transfer.asked_us > _ASK_AGAIN_US:
                 self._ask(transfer, port, boot_us)
 
@@ -144,7 +144,7 @@ class MissionServer:
 
     def _count(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
         self._drop_download(port)
-        mission_type, running = message.mission_type, self._transfers.get(port)
+        mission_type, running = message.mission_type, self.transfers.get(port)
         if running is not None and running.is_upload and running.next_index == 0 and running.partner == sender:
             running.count, running.heard_us = message.count, boot_us
             running.mission_type = mission_type
@@ -152,7 +152,7 @@ class MissionServer:
         elif running is not None:
             self._plans.say(_CRITICAL, "WPM: REJ. CMD: Busy" if running.is_upload else "WPM: IGN MISSION_COUNT: Busy")
             self._ack(port, sender, _ERROR, mission_type)
-        elif any(other.is_upload for other in self._transfers.values()):
+        elif any(other.is_upload for other in self.transfers.values()):
             self._ack(port, sender, _ERROR, mission_type)
         elif mission_type > RALLY or message.count > self._plans.most_items(mission_type):
             result = _UNSUPPORTED if mission_type > RALLY else mavlink.MAV_MISSION_NO_SPACE
@@ -161,7 +161,7 @@ class MissionServer:
             self._plans.replace(mission_type, ())
             self._ack(port, sender, ACCEPTED, mission_type)
         else:
-            self._transfers[port] = transfer = _Transfer(True, mission_type, sender, message.count, boot_us)
+            self.transfers[port] = transfer = _Transfer(True, mission_type, sender, message.count, boot_us)
             self._ask(transfer, port, boot_us)
 
     def _ask(self, transfer: _Transfer, port: Port, boot_us: int) -> None:
@@ -173,7 +173,7 @@ class MissionServer:
 
     def _item(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
         self._speaks_int = message.get_type() == "MISSION_ITEM_INT"
-        transfer = self._transfers.get(port)
+        transfer = self.transfers.get(port)
         if transfer is None or not transfer.is_upload:
             self._stray_item(message, sender, port, is_busy=transfer is not None)
         elif message.mission_type != transfer.mission_type:
@@ -194,7 +194,7 @@ class MissionServer:
         result = _ERROR if item is None else self._plans.refusal(transfer.mission_type, item)
         if item is None or result != ACCEPTED:
             self._plans.say(_CRITICAL, "IGN MISSION_ITEM: Invalid item")
-            del self._transfers[port]
+            del self.transfers[port]
             self._ack(port, transfer.partner, result, transfer.mission_type)
             return
         transfer.items.append(item)
@@ -202,7 +202,7 @@ class MissionServer:
         if transfer.next_index < transfer.count:
             self._ask(transfer, port, boot_us)
             return
-        del self._transfers[port]
+        del self.transfers[port]
         self._finished[port] = (transfer.partner, transfer.mission_type, transfer.count - 1)
         self._plans.replace(transfer.mission_type, tuple(transfer.items))
         self._ack(port, transfer.partner, ACCEPTED, transfer.mission_type)
@@ -210,16 +210,16 @@ class MissionServer:
     # --- download ----------------------------------------------------------------------------------------------
 
     def _request_list(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
-        running = self._transfers.get(port)
+        running = self.transfers.get(port)
         if running is not None and running.is_upload:
             self._plans.say(_INFO, "Mission download request ignored, already active")
             return
         plan = self._plans.plan(message.mission_type)
-        self._transfers[port] = _Transfer(False, message.mission_type, sender, len(plan), boot_us)
+        self.transfers[port] = _Transfer(False, message.mission_type, sender, len(plan), boot_us)
         port.send(mavlink.MAVLink_mission_count_message(*sender, len(plan), message.mission_type))
 
     def _request(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
-        transfer = self._transfers.get(port)
+        transfer = self.transfers.get(port)
         if not self._in_order and (transfer is None or not transfer.is_upload):
             self._give_any(message, sender, port)
         elif transfer is None:
@@ -242,15 +242,15 @@ class MissionServer:
 
     def _drop_download(self, port: Port) -> None:
         """ArduPilot does not mind a download that was not ended."""
-        running = self._transfers.get(port)
+        running = self.transfers.get(port)
         if not self._in_order and running is not None and not running.is_upload:
-            del self._transfers[port]
+            del self.transfers[port]
 
     def _give(self, transfer: _Transfer, message: Message, port: Port, boot_us: int) -> None:
         plan = self._plans.plan(transfer.mission_type)
         index = message.seq
         if index not in (transfer.next_index, transfer.next_index - 1) or index >= len(plan):
-            del self._transfers[port]
+            del self.transfers[port]
             self._plans.say(_CRITICAL, "WPM: REJ. CMD: Req. WP was unexpected")
             self._ack(port, transfer.partner, _ERROR, transfer.mission_type)
             return
@@ -259,11 +259,11 @@ class MissionServer:
         port.send(item_message(plan[index], index, transfer.partner, transfer.mission_type, as_int))
 
     def _acknowledged(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
-        transfer = self._transfers.get(port)
+        transfer = self.transfers.get(port)
         if transfer is None or sender != transfer.partner or message.mission_type != transfer.mission_type:
             return
         if not transfer.is_upload or message.type == mavlink.MAV_MISSION_OPERATION_CANCELLED:
-            del self._transfers[port]
+            del self.transfers[port]
         elif message.type == _UNSUPPORTED:  # it speaks the other kind of item
             self._speaks_int = not self._speaks_int
             self._ask(transfer, port, boot_us)
@@ -272,7 +272,7 @@ class MissionServer:
 
     def _clear(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
         self._drop_download(port)
-        if port in self._transfers:
+        if port in self.transfers:
             self._plans.say(_CRITICAL, "WPM: IGN CLEAR CMD: Busy")
             return
         kinds = (MISSION, FENCE, RALLY) if message.mission_type == _ALL else (message.mission_type,)
@@ -283,7 +283,7 @@ class MissionServer:
 
     def _set_current(self, message: Message, sender: Sender, port: Port, boot_us: int) -> None:
         self._drop_download(port)
-        if port in self._transfers:
+        if port in self.transfers:
             self._plans.say(_CRITICAL, "WPM: IGN WP CURR CMD: Busy")
         elif not self._plans.set_current(message.seq):
             self._plans.say(_CRITICAL, "WPM: WP CURR CMD: Not in list")

@@ -76,6 +76,9 @@ class ParameterServer:
         parameters: in their order.
         ports: the autopilot's links.
         burst_us: from one burst of a list to the next.
+
+    Attributes:
+        next_us: nothing of lists and changes is due before.
     """
 
     def __init__(self, parameters: Iterable[Parameter], ports: Sequence[Port], burst_us: int) -> None:
@@ -89,6 +92,7 @@ class ParameterServer:
         self._listings: dict[Port, _Listing] = {}
         self._changed: list[str] = []
         self._tell_us = NEVER_US
+        self.next_us = NEVER_US
 
     def __getitem__(self, name: str) -> ParameterValue:
         return self._values[name]
@@ -119,13 +123,18 @@ class ParameterServer:
         """Send what is due of lists and of changes."""
         if boot_us >= self._tell_us:
             self._tell()
-        for port, listing in list(self._listings.items()) if self._listings else ():
+        for port, listing in list(self._listings.items()):
             if boot_us >= listing.due_us:
                 self._send_burst(port, listing)
+        self._look_ahead()
+
+    def _look_ahead(self) -> None:
+        self.next_us = min([self._tell_us, *(listing.due_us for listing in self._listings.values())])
 
     def _begin_list(self, port: Port, boot_us: int) -> None:
         """A list asked for again while it is sent begins anew, without its hash."""
         self._listings[port] = _Listing(0 if port in self._listings else -1, boot_us)
+        self._look_ahead()
 
     def _send_burst(self, port: Port, listing: _Listing) -> None:
         if listing.index < 0:
@@ -150,6 +159,7 @@ class ParameterServer:
             self._values[name] = value
             self._changed.append(name)
             self._tell_us = boot_us + _TOLD_AFTER_US
+            self._look_ahead()
         return [self._value(name)]
 
     def _tell(self) -> None:

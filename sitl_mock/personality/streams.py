@@ -6,9 +6,9 @@ into the same tick whenever they were asked for; and only when what it tells has
 
 from __future__ import annotations
 
-import heapq
 import math
 from collections.abc import Iterable
+from heapq import heapify, heapreplace
 from typing import NamedTuple
 
 from mavquad.endpoint import NEVER_US
@@ -53,6 +53,7 @@ class Streams:
         self._kinds = {kind.message_id: kind for kind in kinds}
         self._unsent = unsent
         self._ids = list(self._kinds)
+        self._updates_us = [kind.update_us for kind in self._kinds.values()]
         self._places = {message_id: place for place, message_id in enumerate(self._ids)}
         self._interval_us = {message_id: kind.default_us for message_id, kind in self._kinds.items()}
         # When each stream is due, and its place among those of the same tick: a heap.
@@ -73,8 +74,8 @@ class Streams:
         place = self._places[message_id]
         self._queue = [entry for entry in self._queue if entry[1] != place]
         if self._interval_us[message_id] != 0:
-            self._queue.append((self._after(message_id, boot_us), place))
-        heapq.heapify(self._queue)
+            self._queue.append((_after(self._interval_us[message_id], kind.update_us, boot_us), place))
+        heapify(self._queue)
         self.next_us = self._queue[0][0] if self._queue else NEVER_US
         return True
 
@@ -90,18 +91,24 @@ class Streams:
         """Ids of the messages to send in this tick."""
         if boot_us < self.next_us:
             return []
-        queue, ids = self._queue, self._ids
+        queue, ids, updates_us, intervals_us = self._queue, self._ids, self._updates_us, self._interval_us
         places = []
         while queue and queue[0][0] <= boot_us:
             place = queue[0][1]
             places.append(place)
-            heapq.heapreplace(queue, (self._after(ids[place], boot_us), place))
+            after_us = _after(intervals_us[ids[place]], updates_us[place], boot_us)
+            heapreplace(queue, (after_us, place))
         self.next_us = queue[0][0] if queue else NEVER_US
+        if len(places) == 1:
+            return [ids[places[0]]]
         places.sort()
         return [ids[place] for place in places]
 
-    def _after(self, message_id: int, boot_us: int) -> int:
-        """When a stream that is on is due next: its next period has begun, and there is something new."""
-        interval_us, update_us = self._interval_us[message_id], self._kinds[message_id].update_us
-        news_us = (boot_us // update_us + 1) * update_us
-        return news_us if interval_us < 0 else max((boot_us // interval_us + 1) * interval_us, news_us)
+
+def _after(interval_us: int, update_us: int, boot_us: int) -> int:
+    """When a stream that is on is due next: its next period has begun, and there is something new."""
+    news_us = boot_us - boot_us % update_us + update_us
+    if interval_us < 0:
+        return news_us
+    due_us = boot_us - boot_us % interval_us + interval_us
+    return due_us if due_us > news_us else news_us

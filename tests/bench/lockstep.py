@@ -35,7 +35,7 @@ PARTS: dict[str, list[tuple[Any, tuple[str, ...]]]] = {
     "mock software": [(MockAutopilot, ("receive", "on_deadline"))],
     "codec": [
         (Encoder, ("encode",)),
-        (Framer, ("push",)),
+        (Framer, ("takes", "push")),
         *((module, ("decode",)) for module in (mavquad.agent, mavquad.protocol.link, sitl_mock.autopilot)),
     ],
     "agent": [(Agent, ("receive", "on_deadline"))],

@@ -159,6 +159,21 @@ def test_bad_chunks_counts_chunks_not_bytes():
     assert (framer.bad_bytes, framer.bad_chunks) == (5, 2)
 
 
+def test_one_frame_is_taken_whole_and_nothing_else_is():
+    frame = Encoder(7, 9).encode(mavlink.MAVLink_heartbeat_message(2, 12, 81, 0, 4, 3))
+    framer = Framer()
+    for chunk in (b"", frame[:-1], frame + b"x", frame + frame, frame[:-1] + bytes((frame[-1] ^ 1,))):
+        assert not framer.takes(chunk)
+    assert framer.push(frame[:5]) == []
+    assert not framer.takes(frame)  # what began before it comes first
+    assert framer.push(frame) == [frame]
+    encoder = Encoder(7, 9)
+    encoder.sequence = 4
+    assert framer.takes(encoder.encode(mavlink.MAVLink_heartbeat_message(2, 12, 81, 0, 4, 3)))
+    assert framer.lost((7, 9)) == 3
+    assert framer.bad_bytes == 5
+
+
 def test_empty_chunk():
     framer = codec.Framer()
     assert framer.push(b"") == []

@@ -14,6 +14,8 @@ MAGIC_V1 = 0xFE
 MAGIC_V2 = 0xFD
 HEADER_V1 = 6
 HEADER_V2 = 10
+LEAST_V1, LEAST_V2 = HEADER_V1 + 2, HEADER_V2 + 2
+"""Length of a frame without a payload."""
 SIGNED = 0x01
 """The one incompatibility flag that exists: a signature follows the CRC."""
 SIGNATURE_LENGTH = 13
@@ -77,14 +79,14 @@ def is_valid(frame: bytes) -> bool:
 def is_one_frame(data: bytes) -> bool:
     """Whether these bytes are exactly one valid frame: what a datagram usually is."""
     length = len(data)
-    if length < HEADER_V1 + 2:
+    if length < LEAST_V1:
         return False
     if data[0] == MAGIC_V2:
         flags, end = data[2], HEADER_V2 + data[1]
-        if flags & ~SIGNED or length != end + (2 + SIGNATURE_LENGTH if flags else 2):
+        if flags > SIGNED or length != end + (2 + SIGNATURE_LENGTH if flags else 2):
             return False
         crc_extra = _CRC_EXTRA.get(data[7] | data[8] << 8 | data[9] << 16)
-    elif data[0] == MAGIC_V1 and length == data[1] + HEADER_V1 + 2:
+    elif data[0] == MAGIC_V1 and length == data[1] + LEAST_V1:
         end = length - 2
         crc_extra = _CRC_EXTRA.get(data[5])
     else:

@@ -6,8 +6,6 @@ from mavquad.protocol.codec.frame import (
     MAGIC_V1,
     MAGIC_V2,
     frame_length,
-    frame_sequence,
-    frame_source,
     is_known,
     is_one_frame,
     is_valid,
@@ -33,17 +31,24 @@ class Framer:
         self.bad_bytes = 0
         self.bad_chunks = 0
         self.unknown = 0
-        self._sequences: dict[tuple[int, int], SequenceCount] = {}
+        self._sequences: dict[bytes, SequenceCount] = {}
         self._rest = b""
 
     def lost(self, source: tuple[int, int]) -> int:
         """Frames of a sender (system id, component id) that are missing in its sequence numbers."""
-        return self._sequences[source].lost if source in self._sequences else 0
+        count = self._sequences.get(bytes(source))
+        return count.lost if count is not None else 0
+
+    def takes(self, chunk: bytes) -> bool:
+        """Take in a chunk that is exactly one valid frame, as a datagram usually is; False: it is for `push`."""
+        if self._rest or not is_one_frame(chunk):
+            return False
+        self._count(chunk)
+        return True
 
     def push(self, chunk: bytes) -> list[bytes]:
         """Take in a datagram or a piece of a stream; return the whole frames that it completes, in order."""
-        if not self._rest and is_one_frame(chunk):
-            self._count(chunk)
+        if self.takes(chunk):
             return [chunk]
         before = self.bad_bytes
         if self._rest and _frame_starts(chunk, 0):
@@ -63,11 +68,13 @@ class Framer:
         self._rest = b""
 
     def _count(self, frame: bytes) -> None:
-        source = frame_source(frame)
+        # The sequence number, and behind it system and component.
+        at = 2 if frame[0] == MAGIC_V1 else 4
+        source = frame[at + 1 : at + 3]
         count = self._sequences.get(source)
         if count is None:
             count = self._sequences[source] = SequenceCount()
-        count.take(frame_sequence(frame))
+        count.take(frame[at])
 
     def _cut(self, buffer: bytes) -> tuple[list[bytes], bytes]:
         frames: list[bytes] = []

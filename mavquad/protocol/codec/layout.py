@@ -158,18 +158,20 @@ def _packing(kind: type[Message]) -> list[str]:
 
 def _unpacking(kind: type[Message]) -> list[str]:
     """As pymavlink's parser and constructors: texts lose their zeros at the end, and what follows a zero is not shown."""
-    lines = ["def unpack(frame, buffer, at):", "    m = new(kind)", "    m._frame = frame", "    v = bound(buffer, at)"]
-    at = 0
+    places: list[str] = []
+    lines: list[str] = []
     for name, length, is_text in _fields(kind):
         if is_text:
-            lines += [
-                f"    m._{name}_raw = raw = v[{at}].rstrip(b'\\0')",
-                f"    m.{name} = {_SHOWN}",
-            ]
+            places.append(f"{name}_raw")
+            lines += [f"    m._{name}_raw = raw = {name}_raw.rstrip(b'\\0')", f"    m.{name} = {_SHOWN}"]
+        elif length:
+            parts = [f"{name}_{i}" for i in range(length)]
+            places += parts
+            lines.append(f"    m.{name} = [{', '.join(parts)}]")
         else:
-            lines.append(f"    m.{name} = " + (f"list(v[{at}:{at + length}])" if length else f"v[{at}]"))
-        at += length or 1
-    return [*lines, "    return m"]
+            places.append(f"m.{name}")
+    head = ["def unpack(frame, buffer, at):", "    m = new(kind)", "    m._frame = frame"]
+    return [*head, f"    {', '.join(places)}, = bound(buffer, at)", *lines, "    return m"]
 
 
 def _written_out(lines: list[str], name: str, scope: dict[str, Any]) -> Callable[..., Any]:

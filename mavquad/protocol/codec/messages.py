@@ -8,12 +8,22 @@ from fastcrc.crc16 import mcrf4xx
 
 from mavquad.errors import InternalError
 from mavquad.protocol.codec.dialect import Message, pymavlink
-from mavquad.protocol.codec.frame import HEADER_V1, HEADER_V2, SIGNED, frame_length, message_id
+from mavquad.protocol.codec.frame import (
+    HEADER_V1,
+    HEADER_V2,
+    LEAST_V1,
+    LEAST_V2,
+    MAGIC_V1,
+    MAGIC_V2,
+    SIGNATURE_LENGTH,
+    SIGNED,
+)
 from mavquad.protocol.codec.layout import BY_KIND, BY_NUMBER
 
 _V1 = struct.Struct("<BBBBB")
 _V2 = struct.Struct("<BBBBBBHB")
-_START_V1, _START_V2 = b"\xfe", b"\xfd"
+_START_V1, _START_V2 = bytes((MAGIC_V1,)), bytes((MAGIC_V2,))
+_CRC = struct.Struct("<H")
 _LAST_ID_V1 = 255
 
 
@@ -23,17 +33,22 @@ def decode(frame: bytes) -> Message:
     Raises:
         InternalError: the frame is not whole; a caller must not pass one on.
     """
-    at = HEADER_V1 if frame[:1] == _START_V1 else HEADER_V2
-    if len(frame) < at or len(frame) != frame_length(frame, 0):
+    length = len(frame)
+    if length >= LEAST_V2 and frame[0] == MAGIC_V2 and frame[2] <= SIGNED:
+        at, number, size = HEADER_V2, frame[7] | frame[8] << 8 | frame[9] << 16, frame[1]
+        is_whole = length == size + (LEAST_V2 + SIGNATURE_LENGTH if frame[2] else LEAST_V2)
+    else:
+        at, number, size = HEADER_V1, frame[5] if length > HEADER_V1 else 0, frame[1] if length > 1 else 0
+        is_whole = length == size + LEAST_V1 and frame[0] == MAGIC_V1
+    if not is_whole:
         raise InternalError("decode was given an invalid frame: it is not whole")
-    number = message_id(frame)
     layout = BY_NUMBER[number]
     if layout is None:
         return pymavlink.MAVLink_unknown(number, bytearray(frame))
-    if frame[1] >= layout.size:
+    if size >= layout.size:
         return layout.unpack(frame, frame, at)
     # Zeros at the end of a payload are not sent.
-    return layout.unpack(frame, frame[at : at + frame[1]].ljust(layout.size, b"\0"), 0)
+    return layout.unpack(frame, frame[at : at + size].ljust(layout.size, b"\0"), 0)
 
 
 class Encoder:
@@ -46,7 +61,7 @@ class Encoder:
 
     def __init__(self, system_id: int, component_id: int, version: int = 2) -> None:
         self.version = version
-        self._source = (system_id, component_id)
+        self._system_id, self._component_id = system_id, component_id
         self.sequence = 0
 
     def encode(self, message: Message, signed: bool = False) -> bytes:
@@ -62,7 +77,7 @@ class Encoder:
         """
         number, crc_extra, _, base_size, pack, _, _ = BY_KIND[type(message)]
         payload: bytes = pack(message)
-        sequence, (system_id, component_id) = self.sequence, self._source
+        sequence, system_id, component_id = self.sequence, self._system_id, self._component_id
         if self.version == 1:
             if number > _LAST_ID_V1:
                 raise InternalError(f"MAVLink 1 has no message {number}")
@@ -73,8 +88,7 @@ class Encoder:
             header = _V2.pack(len(payload), flags, 0, sequence, system_id, component_id, number & 0xFFFF, number >> 16)
         self.sequence = (sequence + 1) % 256
         body = header + payload
-        checksum: int = mcrf4xx(body + crc_extra)
-        return start + body + checksum.to_bytes(2, "little")
+        return start + body + _CRC.pack(mcrf4xx(body + crc_extra))
 
     def can_say(self, message: Message) -> bool:
         """Whether this version has the message: version 1 ends at id 255."""

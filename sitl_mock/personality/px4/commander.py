@@ -40,13 +40,14 @@ _ACTIVE: int = mavlink.MAV_STATE_ACTIVE
 _FAILSAFE: int = mavlink.MAV_STATE_CRITICAL
 _TERMINATED: int = mavlink.MAV_STATE_FLIGHT_TERMINATION
 
+_OFFBOARD = Mode.OFFBOARD
 _SPOOL_UP_US = 1_000_000
 _TICK_S = 0.004
 _OVERRIDES_AUTO, _OVERRIDES_OFFBOARD = 1, 2
 
 
 class Commander:
-    """Armed or not, which mode, landed or not.
+    """Armed or not, which mode, landed or not: `arming` and `ground` know more of the first and the last.
 
     `texts` collects (severity, STATUSTEXT) until they are sent, `broadcasts` commands to other components.
     """
@@ -69,7 +70,7 @@ class Commander:
         self.broadcasts: list[tuple[int, Params]] = []
         self.settings = Settings.read(params)
         self.ground = LandingDetector(hover_thrust_norm)
-        self._arming = Arming(self.is_113, self.ground, ready_us)
+        self.arming = Arming(self.is_113, self.ground, ready_us)
         self._failsafe: Failsafe = Failsafe113(self.say) if self.is_113 else Failsafe114(self.say)
         self.links = Links(self.say, self.is_113)
         self.mission = MissionPlan(self.say)
@@ -88,7 +89,7 @@ class Commander:
     @property
     def armed(self) -> bool:
         """Whether the motors may turn."""
-        return self._arming.armed
+        return self.arming.armed
 
     @property
     def landed(self) -> bool:
@@ -108,7 +109,7 @@ class Commander:
     def is_ready(self, boot_us: int) -> bool:
         """Whether the preflight checks pass (SYS_STATUS PREARM_CHECK); they run while disarmed."""
         can_run = self.armed or self._can_arm_in(self.intended, boot_us)
-        return self._arming.is_ready(self.mode, can_run, boot_us)
+        return self.arming.is_ready(self.mode, can_run, boot_us)
 
     def is_torque_control(self) -> bool:
         """Whether SET_ACTUATOR_CONTROL_TARGET is in force, past the attitude and the rate controller."""
@@ -129,12 +130,12 @@ class Commander:
         if self.armed:
             return ACCEPTED
         is_unmanned = self.is_113 and self.mode.needs_sticks and not self.links.has_sticks
-        reason = self._arming.denied(self.mode, self._can_arm_in(self.intended, boot_us), boot_us)
+        reason = self.arming.denied(self.mode, self._can_arm_in(self.intended, boot_us), boot_us)
         reason = reason or ("Arming denied! manual control lost" if is_unmanned else "")
         if reason:
             self.say(CRITICAL, reason)
             return TEMPORARILY_REJECTED
-        self._arming.arm(boot_us)
+        self.arming.arm(boot_us)
         self.home_ned_m = self._estimate.position_ned_m
         self._enter(self.mode, boot_us)
         self.say(INFO, f"Armed by {by}")
@@ -233,7 +234,7 @@ class Commander:
             -truth.position_ned_m[2],
             self.home_ned_m,
             self.settings,
-            self._arming.armed_us,
+            self.arming.armed_us,
             boot_us,
             dt_s,
         )
@@ -243,7 +244,7 @@ class Commander:
     def step(self, truth: VehicleState, estimate: Estimate, thrust_norm: float, boot_us: int) -> None:
         """Watch the ground, the links and the ends of the modes; `thrust_norm` is the thrust in force."""
         self._truth, self._estimate = truth, estimate
-        arming, ground = self._arming, self.ground
+        arming, ground = self.arming, self.ground
         was_crashed = ground.crashed
         text = ground.step(truth, arming.armed, thrust_norm, boot_us)
         if text:
@@ -258,19 +259,19 @@ class Commander:
             if reason:
                 self._disarm(f"Disarmed by {reason}")
         self._weighs_now = not self._weighs_now
-        if self._weighs_now and (arming.armed or self.failsafe or self.mode is Mode.OFFBOARD):
+        if self._weighs_now and (arming.armed or self.failsafe or self.mode is _OFFBOARD):
             self._weigh(boot_us)
-        if arming.armed:
+        if arming.armed and self.mode is not _OFFBOARD:
             self._end_mode(boot_us)
 
     def setpoint(self, boot_us: int, dt_s: float) -> Setpoint:
         """What the inner loops are to follow until the next tick."""
-        if not self._arming.armed or self.terminated:
+        if not self.arming.armed or self.terminated:
             return IDLE
-        if self.mode is not Mode.OFFBOARD:
+        if self.mode is not _OFFBOARD:
             return self.guidance.setpoint(self.view(boot_us, dt_s))
         given = self._offboard.next_setpoint()
-        if isinstance(given, PositionSetpoint) and self.landed and boot_us - self._arming.armed_us < _SPOOL_UP_US:
+        if self.ground.landed and isinstance(given, PositionSetpoint) and boot_us - self.arming.armed_us < _SPOOL_UP_US:
             return IDLE
         return given or IDLE
 
@@ -291,7 +292,7 @@ class Commander:
         return Situation(
             self.intended,
             self.mode,
-            self._arming.armed,
+            self.arming.armed,
             self.ground.landed,
             self._has_stream(boot_us),
             links.has_sticks,
@@ -306,8 +307,6 @@ class Commander:
 
     def _end_mode(self, boot_us: int) -> None:
         """What comes after a takeoff, and what a mission asks for."""
-        if self.mode is Mode.OFFBOARD:
-            return
         if self.mode in (Mode.TAKEOFF, Mode.VTOL_TAKEOFF) and self.guidance.takeoff.done:
             self.mode = self.intended = self._after_flight = Mode.LOITER
             view, takeoff = self.view(boot_us), self.guidance.takeoff
@@ -330,7 +329,7 @@ class Commander:
             self.guidance.enter(mode, self.view(boot_us))
 
     def _disarm(self, text: str) -> None:
-        self._arming.armed = False
+        self.arming.armed = False
         self.terminated = self.is_fence_breached = False
         self.say(INFO, text)
         if not self.is_113:

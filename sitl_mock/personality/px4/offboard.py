@@ -127,11 +127,15 @@ def _torque(message: Message) -> TorqueSetpoint:
 
 
 def _torque_norm(value: float) -> float:
-    return max(-1.0, min(1.0, value)) if math.isfinite(value) else 0.0
+    if -1.0 <= value <= 1.0:
+        return value
+    return math.copysign(1.0, value) if math.isfinite(value) else 0.0
 
 
 def _thrust(value: float) -> float:
-    return max(0.0, min(1.0, value)) if math.isfinite(value) else 0.0
+    if 0.0 <= value <= 1.0:
+        return value
+    return float(value > 0.0) if math.isfinite(value) else 0.0
 
 
 def _finite(value: float) -> float | None:

@@ -31,6 +31,7 @@ from sitl_mock.script import Script
 from sitl_mock.sensors import Estimate
 
 _OFF: Vec4 = (0.0, 0.0, 0.0, 0.0)
+_MISSION = Mode.MISSION
 
 
 class Px4:
@@ -51,8 +52,6 @@ class Px4:
             for port in ports:
                 port.begin_with(1)
         self._reporter = Reporter(release, ports, config.streams, estimate)
-        self._readings = Readings(release, self._origin, estimate, config.sensors.accelerometer_noise_m_s2)
-        self._home = Home(ZERO3, estimate.euler_rad[2], 0)
         self._setpoint: inner_loops.Setpoint | None = None
         self._offboard = OffboardInput(release, self._origin)
         commander = self.commander = Commander(
@@ -85,6 +84,7 @@ class Px4:
         self._controls = inner_loops.TorqueSetpoint(ZERO3, 0.0)
         self._attitude_thrust_norm = 0.0
         self._motors = _OFF
+        self._picture = self._first_picture()
 
     @property
     def mode(self) -> str:
@@ -192,7 +192,7 @@ class Px4:
             self._read_parameters()
         commander = self.commander
         commander.step(truth, estimate, self._controls.thrust_norm, boot_us)
-        if not commander.armed or commander.terminated:
+        if not commander.arming.armed or commander.terminated:
             self._loops = inner_loops.LoopState(attitude_target=estimate.quaternion)
             self._controls = inner_loops.TorqueSetpoint(ZERO3, 0.0)
             self._attitude_thrust_norm = 0.0
@@ -202,22 +202,30 @@ class Px4:
         if truth.on_ground:
             self._loops = inner_loops.LoopState(attitude_target=self._loops.attitude_target)
         setpoint = self._setpoint = commander.setpoint(boot_us, dt_s)
-        self._controls, self._loops = inner_loops.step(self._gains, self._loops, setpoint, estimate, dt_s)
+        before = self._controls
+        controls, self._loops = inner_loops.step(self._gains, self._loops, setpoint, estimate, dt_s)
+        self._controls = controls
         if not isinstance(setpoint, inner_loops.RatesSetpoint):
-            self._attitude_thrust_norm = self._controls.thrust_norm
-        self._motors = mix(*self._controls.torque_frd_norm, self._controls.thrust_norm, self._frame)
+            self._attitude_thrust_norm = controls.thrust_norm
+        if controls is not before:
+            self._motors = mix(*controls.torque_frd_norm, controls.thrust_norm, self._frame)
         return self._motors
 
     def report(self, boot_us: int) -> None:
         """Send the telemetry that is due."""
-        self._reporter.publish(self._estimate, boot_us)
-        self._reporter.report(boot_us, self._picture)
-        self._params.send_due(boot_us)
-        self._missions.step(boot_us)
-        if self.commander.broadcasts:
+        commander, reporter = self.commander, self._reporter
+        if boot_us >= reporter.publishes_us:
+            reporter.publish(self._estimate, boot_us)
+        if boot_us >= reporter.next_us:
+            reporter.report(boot_us, self._draw)
+        if boot_us >= self._params.next_us:
+            self._params.send_due(boot_us)
+        if self._missions.transfers:
+            self._missions.step(boot_us)
+        if commander.broadcasts:
             self._broadcast()
-        self._mission_reports.step(self.commander.mode is Mode.MISSION, boot_us)
-        if self.commander.texts:
+        self._mission_reports.step(commander.mode is _MISSION, boot_us)
+        if commander.texts:
             self._texts.send(boot_us)
 
     def _broadcast(self) -> None:
@@ -245,35 +253,58 @@ class Px4:
             tilt_max_rad=math.radians(settings.mpc_tiltmax_air),
         )
 
-    def _picture(self, boot_us: int) -> Picture:
-        commander, estimate = self.commander, self._estimate
-        if commander.home_ned_m != self._home.position_ned_m:
-            self._home = Home(commander.home_ned_m, estimate.euler_rad[2], boot_us)
-        setpoint = self._setpoint
+    def _first_picture(self) -> Picture:
+        commander = self.commander
         return Picture(
             firmware=self._config.px4_release,
-            boot_us=boot_us,
-            unix_us=self._ports[0].now_us,
-            estimate=estimate,
-            position=self._reporter.position,
+            boot_us=0,
+            unix_us=0,
+            estimate=self._estimate,
+            position=self._estimate,
             mode=commander.mode,
-            armed=commander.armed,
-            system_status=commander.system_status(boot_us),
-            ready=commander.is_ready(boot_us),
-            landed=commander.landed,
-            home=self._home,
-            origin=self._origin,
-            readings=self._readings,
+            armed=False,
+            landed=True,
+            home=Home(ZERO3, self._estimate.euler_rad[2], 0),
             attitude_target=self._loops.attitude_target,
-            rates_target_rad_s=self._loops.rates_target_rad_s,
-            attitude_thrust_norm=self._attitude_thrust_norm,
-            motor_commands=self._motors if commander.armed else None,
+            rates_target_rad_s=ZERO3,
+            attitude_thrust_norm=0.0,
+            motor_commands=None,
             gains=self._gains,
             controls=self._controls,
-            followed=setpoint if isinstance(setpoint, inner_loops.PositionSetpoint) else None,
-            is_torque_control=commander.is_torque_control(),
+            followed=None,
+            origin=self._origin,
+            readings=Readings(
+                self._config.px4_release,
+                self._origin,
+                self._estimate,
+                self._config.sensors.accelerometer_noise_m_s2,
+            ),
+            system_status=commander.system_status,
+            is_ready=commander.is_ready,
+            is_torque_control=commander.is_torque_control,
             mission_current=self._mission_reports.current,
         )
 
+    def _draw(self, boot_us: int) -> Picture:
+        """All that the telemetry of this tick tells."""
+        picture, commander, loops, setpoint = self._picture, self.commander, self._loops, self._setpoint
+        picture.boot_us = boot_us
+        picture.unix_us = self._ports[0].now_us
+        picture.estimate = self._estimate
+        picture.position = self._reporter.position
+        picture.mode = commander.mode
+        picture.armed = armed = commander.arming.armed
+        picture.landed = commander.ground.landed
+        if commander.home_ned_m != picture.home.position_ned_m:
+            picture.home = Home(commander.home_ned_m, self._estimate.euler_rad[2], boot_us)
+        picture.attitude_target = loops.attitude_target
+        picture.rates_target_rad_s = loops.rates_target_rad_s
+        picture.attitude_thrust_norm = self._attitude_thrust_norm
+        picture.motor_commands = self._motors if armed else None
+        picture.gains = self._gains
+        picture.controls = self._controls
+        picture.followed = setpoint if isinstance(setpoint, inner_loops.PositionSetpoint) else None
+        return picture
+
     def _send_by_id(self, port: Port, message_id: int, boot_us: int) -> bool:
-        return self._reporter.send(port, message_id, self._picture(boot_us))
+        return self._reporter.send(port, message_id, self._draw(boot_us))

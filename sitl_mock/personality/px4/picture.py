@@ -27,16 +27,17 @@ class Home:
 
 @dataclass(slots=True)  # frozen, it would take three times as long to make
 class Picture:
-    """What the messages of one tick are made from; nobody changes it.
+    """What the messages of one tick are made from; drawn anew for the next one. What is seldom looked at is asked for.
 
     Attributes:
         estimate: the latest one.
         position: the one that the position topics were published with last.
         motor_commands: None when disarmed.
         followed: the position setpoint in force, if the position controller runs.
-        is_torque_control: nothing sets an attitude or rates.
         unix_us: the calendar's time.
-        system_status: MAV_STATE.
+        system_status: MAV_STATE at a time since boot.
+        is_ready: whether the preflight checks pass then.
+        is_torque_control: whether nothing sets an attitude or rates.
         mission_current: makes the MISSION_CURRENT of now.
     """
 
@@ -47,12 +48,8 @@ class Picture:
     position: Estimate
     mode: Mode
     armed: bool
-    system_status: int
-    ready: bool
     landed: bool
     home: Home
-    origin: Origin
-    readings: Readings
     attitude_target: Quaternion
     rates_target_rad_s: Vec3
     attitude_thrust_norm: float
@@ -60,7 +57,11 @@ class Picture:
     gains: Gains
     controls: TorqueSetpoint
     followed: PositionSetpoint | None
-    is_torque_control: bool
+    origin: Origin
+    readings: Readings
+    system_status: Callable[[int], int]
+    is_ready: Callable[[int], bool]
+    is_torque_control: Callable[[], bool]
     mission_current: Callable[[], Message]
 
     @property
@@ -86,12 +87,14 @@ def heading_cdeg(yaw_rad: float) -> int:
 
 def int32(value: float) -> int:
     """The nearest whole number that a field of 32 bits can hold."""
-    return max(-(2**31), min(2**31 - 1, round(value)))
+    whole = round(value)
+    return whole if -(2**31) <= whole < 2**31 else max(-(2**31), min(2**31 - 1, whole))
 
 
 def int16(value: float) -> int:
     """The nearest whole number that a field of 16 bits can hold."""
-    return max(-32768, min(32767, round(value)))
+    whole = round(value)
+    return whole if -32768 <= whole < 32768 else max(-32768, min(32767, whole))
 
 
 def uint16(value: float) -> int:

@@ -19,6 +19,30 @@ _GPS_HORIZONTAL_M, _GPS_VERTICAL_M, _GPS_SPEED_M_S = 0.2, 0.5, 0.067
 _FIELD_NOISE_GAUSS: Vec3 = (0.012, 0.012, 0.021)
 _SHAKING_M_S2: Vec3 = (0.3, 1.0, 0.85)
 _USUAL_NOISE_M_S2 = 0.07
+_PAIRS = 12
+
+
+class Normals:
+    """Standard normal numbers, made some at a time: those of Python's `Random.gauss` (Box and Muller, in pairs)."""
+
+    def __init__(self, seed: str) -> None:
+        self._random = random.Random(seed)
+        self._ready: list[float] = []
+
+    def take(self, count: int) -> list[float]:
+        """The next ones, a few."""
+        if len(self._ready) < count:
+            self._ready += self._made()
+        found, self._ready = self._ready[:count], self._ready[count:]
+        return found
+
+    def _made(self) -> list[float]:
+        uniform, made = self._random.random, []
+        for _ in range(_PAIRS):
+            turn = uniform() * math.tau
+            size = math.sqrt(-2.0 * math.log(1.0 - uniform()))
+            made += [math.cos(turn) * size, math.sin(turn) * size]
+        return made
 
 
 class GpsFix(NamedTuple):
@@ -61,7 +85,7 @@ class Readings:
         self._shaking = accelerometer_noise_m_s2 / _USUAL_NOISE_M_S2
         self._site = _SITES[release]
         self._origin = origin
-        self._gauss = random.Random(repr(estimate.position_ned_m)).gauss
+        self._normals = Normals(repr(estimate.position_ned_m))
         self._fix: GpsFix | None = None
         self._sample = self._last_barometer = self._last_magnetometer = -1
 
@@ -74,15 +98,11 @@ class Readings:
         return self._fix
 
     def _new_fix(self, estimate: Estimate, boot_us: int) -> GpsFix:
-        gauss = self._gauss
+        n1, n2, n3, n4, n5, n6 = self._normals.take(6)
         north, east, down = estimate.position_ned_m
-        noisy = (
-            north + gauss(0.0, _GPS_HORIZONTAL_M),
-            east + gauss(0.0, _GPS_HORIZONTAL_M),
-            down + gauss(0.0, _GPS_VERTICAL_M),
-        )
+        noisy = (north + n1 * _GPS_HORIZONTAL_M, east + n2 * _GPS_HORIZONTAL_M, down + n3 * _GPS_VERTICAL_M)
         vn, ve, vd = estimate.velocity_ned_m_s
-        velocity = (vn + gauss(0.0, _GPS_SPEED_M_S), ve + gauss(0.0, _GPS_SPEED_M_S), vd + gauss(0.0, _GPS_SPEED_M_S))
+        velocity = (vn + n4 * _GPS_SPEED_M_S, ve + n5 * _GPS_SPEED_M_S, vd + n6 * _GPS_SPEED_M_S)
         return GpsFix(boot_us, *self._origin.geographic(noisy), velocity)
 
     def shaken(self, specific_force_frd_m_s2: Vec3, is_flying: bool) -> Vec3:
@@ -90,18 +110,19 @@ class Readings:
         if not is_flying:
             return specific_force_frd_m_s2
         (x, y, z), (sx, sy, sz) = specific_force_frd_m_s2, _SHAKING_M_S2
-        gauss, share = self._gauss, self._shaking
-        return x + gauss(0.0, share * sx), y + gauss(0.0, share * sy), z + gauss(0.0, share * sz)
+        (n1, n2, n3), share = self._normals.take(3), self._shaking
+        return x + n1 * (share * sx), y + n2 * (share * sy), z + n3 * (share * sz)
 
     def pressure_altitude_m(self, estimate: Estimate) -> float:
         """What the barometer makes of the altitude."""
-        return self._origin.altitude_m - estimate.position_ned_m[2] + self._gauss(0.0, self._site.barometer_noise_m)
+        [error] = self._normals.take(1)
+        return self._origin.altitude_m - estimate.position_ned_m[2] + error * self._site.barometer_noise_m
 
     def magnetic_field_frd_gauss(self, estimate: Estimate) -> Vec3:
         """The earth's field as the body has it."""
         x, y, z = rotate(conjugate(estimate.quaternion), self._site.field_ned_gauss)
-        sx, sy, sz = _FIELD_NOISE_GAUSS
-        return x + self._gauss(0.0, sx), y + self._gauss(0.0, sy), z + self._gauss(0.0, sz)
+        (n1, n2, n3), (sx, sy, sz) = self._normals.take(3), _FIELD_NOISE_GAUSS
+        return x + n1 * sx, y + n2 * sy, z + n3 * sz
 
     def is_new(self, boot_us: int) -> tuple[bool, bool]:
         """Whether barometer and magnetometer have measured since this was asked last."""

@@ -48,7 +48,7 @@ def heartbeat(picture: Picture) -> Message:
         mavlink.MAV_AUTOPILOT_PX4,
         picture.mode.base_mode(picture.armed),
         picture.mode.custom_mode,
-        picture.system_status,
+        picture.system_status(picture.boot_us),
         3,
     )
 
@@ -71,7 +71,7 @@ def system_time(picture: Picture) -> Message:
 def sys_status(picture: Picture) -> Message:
     """SYS_STATUS; its health has PREARM_CHECK once arming is allowed."""
     present, enabled, health = _SENSORS[picture.firmware]
-    if not picture.ready:
+    if not picture.is_ready(picture.boot_us):
         health &= ~_PREARM_CHECK
     battery = picture.estimate.battery
     return mavlink.MAVLink_sys_status_message(

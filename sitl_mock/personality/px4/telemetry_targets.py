@@ -34,7 +34,7 @@ def attitude_target(picture: Picture) -> Message | None:
     While body rates come from outside, that attitude and thrust stand still, and the thrust is not the one in force
     (seen on 1.16.2). Pauses under torque control.
     """
-    if picture.is_torque_control:
+    if picture.is_torque_control():
         return None
     return mavlink.MAVLink_attitude_target_message(
         picture.boot_us // 1000,

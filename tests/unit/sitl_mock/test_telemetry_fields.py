@@ -65,8 +65,8 @@ def picture(firmware="1.16", **changes):
             position=ESTIMATE,
             mode=Mode.LOITER,
             armed=True,
-            system_status=4,
-            ready=True,
+            system_status=lambda boot_us: 4,
+            is_ready=lambda boot_us: True,
             landed=False,
             home=Home((3.0, 4.0, -5.0), math.radians(60.0), 2_000_000),
             origin=origin,
@@ -78,7 +78,7 @@ def picture(firmware="1.16", **changes):
             gains=Gains(),
             controls=TorqueSetpoint((0.01, -0.02, 0.03), 0.479),
             followed=PositionSetpoint((101.0, -202.0, -33.0), (0.1, 0.2, -0.3), (0.0, 0.0, 0.0), -2.0),
-            is_torque_control=False,
+            is_torque_control=lambda: False,
             mission_current=lambda: mavlink.MAVLink_mission_current_message(2, 5),
         ),
         **changes,
@@ -310,7 +310,7 @@ def test_attitude_target():
     m = sent("ATTITUDE_TARGET")
     assert m.q == close(*quaternion(0.1, -0.2, 0.3))
     assert (m.body_roll_rate, m.body_pitch_rate, m.body_yaw_rate, m.thrust) == close(0.4, 0.5, -0.6, 0.55)
-    assert BUILDERS[IDS["ATTITUDE_TARGET"]](picture(is_torque_control=True)) is None
+    assert BUILDERS[IDS["ATTITUDE_TARGET"]](picture(is_torque_control=lambda: True)) is None
 
 
 def servos(m):
@@ -414,7 +414,7 @@ def test_autopilot_version_as_recorded(firmware, version, custom):
 
 
 def test_heartbeat():
-    m = sent("HEARTBEAT", system_status=5)
+    m = sent("HEARTBEAT", system_status=lambda boot_us: 5)
     assert (m.type, m.autopilot, m.base_mode, m.custom_mode, m.system_status) == (2, 12, 157, 0x03040000, 5)
 
 
