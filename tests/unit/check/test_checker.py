@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import pytest
 
+from mavquad.check.arrivals import Arrivals
 from mavquad.check.checker import Checker, Stage
 from mavquad.check.findings import Findings, findings
 from mavquad.check.words import Texts, git_hash, version_name
@@ -112,7 +113,8 @@ def test_nothing_is_changed_but_rates_and_these_are_put_back(autopilot: str) -> 
 def test_a_vehicle_that_flies_is_not_asked_for_its_pre_arm_checks_and_tells_its_hover_thrust() -> None:
     checker = Checker(LINK, START_US, 0.5, 50.0)
     vehicle = Vehicle(checker)
-    vehicle.run(3.0, armed=True, landed=mavlink.MAV_LANDED_STATE_IN_AIR)
+    vehicle.run(14.0, armed=True, landed=mavlink.MAV_LANDED_STATE_IN_AIR)
+    assert checker.stage is Stage.DONE
     result = findings(checker)
     assert mavlink.MAV_CMD_RUN_PREARM_CHECKS not in vehicle.commands
     assert result.hover_thrust == {"ATTITUDE_TARGET": pytest.approx(0.42)}
@@ -255,3 +257,17 @@ def test_long_texts_are_put_together_and_said_once() -> None:
     texts.take(mavlink.MAVLink_statustext_message(6, b"EKF3 IMU0 is using GPS", 0, 0))
     texts.take(mavlink.MAVLink_statustext_message(2, b"another\t", 0, 0))
     assert texts.said == (long, "another")
+
+
+def test_a_burst_is_no_stream_and_has_no_rate() -> None:
+    burst, stream = Arrivals(), Arrivals()
+    for n in range(10):
+        burst.add(n * 100, None)
+        stream.add(n * 100_000, 5_000 + n)
+    assert (burst.stream(0, 1_000_000).count, burst.stream(0, 1_000_000).rate_hz) == (10, None)
+    found = stream.stream(0, 1_000_000)
+    assert found.rate_hz == pytest.approx(10.0)
+    assert found.jitter_ms == pytest.approx(0.0)
+    assert found.gap_ms == pytest.approx(100.0)
+    assert found.age_ms == pytest.approx(5.0045)
+    assert Arrivals().stream(0, 1_000_000).rate_hz is None
