@@ -49,8 +49,6 @@ class Scanner:
     _at: int = 0
     """Up to where the file is sorted out: the end of the last record; or where the damage began that is going on."""
     _is_damaged: bool = False
-    _searched: int = 0
-    """Up to where the first bytes of good frames were looked for."""
     _last: int = NO_STAMP
 
     def push(self, data: bytes) -> Frames:
@@ -76,13 +74,13 @@ class Scanner:
         return frames
 
     def _taken(self, found: Candidates, limit: int) -> Candidates:
-        """Those from where the search is on, up to a limit, that do not overlap; by their places in the file."""
-        starts, ends, numbers = found.starts + self._base, found.ends + self._base, found.numbers
-        wanted = np.flatnonzero(starts >= self._searched)
-        if np.any(starts[wanted[1:]] < ends[wanted[:-1]]):
-            wanted = wanted[_without_overlaps(starts[wanted].tolist(), ends[wanted].tolist(), self._at)]
-        wanted = wanted[starts[wanted] < limit]
-        return Candidates(starts[wanted], ends[wanted], numbers[wanted])
+        """Those up to a limit that do not overlap, by their places in the file."""
+        found = Candidates(found.starts + self._base, found.ends + self._base, found.numbers)
+        if np.any(found.starts[1:] < found.ends[:-1]):
+            wanted = _without_overlaps(found.starts.tolist(), found.ends.tolist(), self._at)
+            found = Candidates(*(array[wanted] for array in found))
+        count = np.searchsorted(found.starts, limit)
+        return Candidates(*(array[:count] for array in found))
 
     def _stamps(
         self, padded: NDArray[np.uint8], starts: NDArray[np.int64], ends: NDArray[np.int64]
@@ -148,9 +146,7 @@ class Scanner:
 
     def _forget(self, limit: int) -> None:
         """Keep what is not sorted out; of damage that is going on, what may be the stamp of a frame to come."""
-        self._searched = max(self._searched, limit, 0 if self._is_damaged else self._at)
-        keep = max(self._searched - STAMP_LENGTH, self._at) if self._is_damaged else self._at
-        keep = min(keep, self._base + len(self._buffer))
+        keep = max(limit - STAMP_LENGTH, self._at) if self._is_damaged else self._at
         self._buffer = self._buffer[keep - self._base :]
         self._base = keep
 
