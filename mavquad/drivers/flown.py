@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from mavquad.agent import Agent
+from mavquad.agent_params import AgentParams
 from mavquad.analysis.what_if import Flown, FlownMeasurement, FlownStep
-from mavquad.config import Config
 from mavquad.flight.guards import Tripped
 from mavquad.flight.pose import PoseIntake
 from mavquad.flight_record import TraceRow
@@ -20,10 +20,10 @@ class Witness:
         flown: what was seen.
     """
 
-    def __init__(self, agent: Agent, config: Config) -> None:
+    def __init__(self, agent: Agent, params: AgentParams) -> None:
         self._agent = agent
-        self._pose = PoseIntake(config.guards)
-        self.flown = Flown(config.airframe)
+        self._pose = PoseIntake(params.guards)
+        self.flown = Flown(params.airframe)
 
     def __call__(self, record: Record) -> None:
         """An inbound frame was taken in."""
