@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy
 
+from mavquad.analysis.modes import mode_name
 from mavquad.analysis.report.model import Lane, Mark, Numbers, Span
-from mavquad.analysis.report.modes import mode_name
 from mavquad.analysis.report.telemetry import Rows, Sender, Telemetry
 from mavquad.protocol.codec import mavlink
 

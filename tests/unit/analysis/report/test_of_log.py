@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mavquad.analysis.law_shadow import law_shadow
-from mavquad.analysis.report.modes import mode_name
+from mavquad.analysis.modes import mode_name
 from mavquad.analysis.report.of_log import read_log, report_of_log
 from mavquad.config import default_path, load
 from mavquad.protocol.codec import mavlink
