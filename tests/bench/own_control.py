@@ -43,7 +43,7 @@ from mavquad.drivers.lockstep import START_US, Lockstep
 from mavquad.flight.mission import Mission
 from mavquad.frames import ned_from_nwu
 from mavquad.protocol.codec import decode, mavlink, message_id
-from mavquad.tlog import read_records
+from mavquad.tlog import TlogWriter, read_records
 from mavquad.types import Vec3
 from mavquad.url import parse_url
 from sitl_mock.autopilot import MockAutopilot
@@ -74,6 +74,8 @@ LIMIT_S = 400.0
 
 Reference = Callable[[int], Vec3 | None]
 """Position NED in m at a stamp of the vehicle's clock in us."""
+Flown = tuple[list[tuple[int, Vec3]], Reference, int]
+"""All places with their stamps, where they should have been, and the stamp at which the mission began."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +94,9 @@ def main() -> int:
     parser.add_argument("--live", action="store_true", help="the mock in real time")
     parser.add_argument("--only", choices=[*MISSIONS], help="this mission alone")
     parser.add_argument("--rest-s", type=float, default=5.0, help="between two flights of a real vehicle")
-    parser.add_argument("--runs", type=Path, help="where to keep the run folders of the law's flights")
+    parser.add_argument(
+        "--runs", type=Path, help="where to keep what was flown: run folders of the law, logs of the other"
+    )
     parser.add_argument("--json", action="store_true")
     mine, others = parser.parse_known_args()
     found: dict[str, dict[str, object]] = {}
@@ -103,7 +107,8 @@ def main() -> int:
             config, mock = load_config(run / "config.toml", [])
             law = _figures(config, *_flown_by_law(run))
             time.sleep(mine.rest_s if mine.connect else 0.0)
-            own = _figures(config, *_fly_own(config, mock, mine))
+            with _Log(folder / f"{name}-own.tlog") as log:
+                own = _figures(config, *_fly_own(config, mock, mine, log))
             time.sleep(mine.rest_s if mine.connect else 0.0)
             summary = json.loads((run / "summary.json").read_text())
             words = {"vehicle": summary["vehicle"], "depth": summary["depth"]}
@@ -148,8 +153,8 @@ def _fly_law(name: str, run: Path, mine: argparse.Namespace, others: list[str]) 
         raise SystemExit(f"{name}, the law: mavquad ended with {done.returncode}\n{done.stderr}")
 
 
-def _flown_by_law(run: Path) -> tuple[list[tuple[int, Vec3]], Reference, int]:
-    """All places of the log, the reference of the trace, and the stamp at which the law took over."""
+def _flown_by_law(run: Path) -> Flown:
+    """The log's places, the trace's reference."""
     stamps_us: list[int] = []
     references: list[Vec3] = []
     with (run / "trace.csv").open(newline="") as stream:
@@ -182,18 +187,36 @@ def _places(log: Path) -> Iterator[tuple[int, Vec3]]:
 # ---------------------------------------------------------------------- the autopilot's own control
 
 
-def _fly_own(
-    config: Config, mock: MockConfig, mine: argparse.Namespace
-) -> tuple[list[tuple[int, Vec3]], Reference, int]:
+class _Log:
+    """Keeps the frames of the autopilot's own flight: a `Recorder`."""
+
+    def __init__(self, path: Path) -> None:
+        self._stream = path.open("wb")
+        self._writer = TlogWriter(self._stream)
+
+    def __enter__(self) -> _Log:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stream.close()
+
+    def frame(self, stamp_us: int, frame: bytes, outbound: bool) -> None:
+        self._writer.write(stamp_us, frame, outbound)
+
+    def event(self, stamp_us: int, name: str, args: tuple[float, ...] = ()) -> None:
+        """The start and the end are not kept."""
+
+
+def _fly_own(config: Config, mock: MockConfig, mine: argparse.Namespace, log: _Log) -> Flown:
     """The same mission by the autopilot itself."""
     try:
         if mine.connect:
-            pilot = asyncio.run(_live(config, config.link.url))
+            pilot = asyncio.run(_live(config, config.link.url, log))
         elif mine.live:
             with start_mock(config) as url:
-                pilot = asyncio.run(_live(config, url))
+                pilot = asyncio.run(_live(config, url, log))
         else:
-            pilot = _in_lockstep(config, mock)
+            pilot = _in_lockstep(config, mock, log)
     except GaveUp as error:
         raise SystemExit(f"its own control: {error}") from None
     mission = pilot.mission
@@ -206,18 +229,18 @@ def _fly_own(
     return pilot.places, reference, mission.start_us
 
 
-def _in_lockstep(config: Config, mock: MockConfig) -> OwnPilot:
-    pilot = OwnPilot(config, START_US, config.law.delay_s)
+def _in_lockstep(config: Config, mock: MockConfig, log: _Log) -> OwnPilot:
+    pilot = OwnPilot(config, START_US, config.law.delay())
     far = ImpairedLink(MockAutopilot(mock, config.seed, START_US), mock.link, config.seed)
-    Lockstep(pilot, far).run(lambda: pilot.done, LIMIT_S)
+    Lockstep(pilot, far, log).run(lambda: pilot.done, LIMIT_S)
     return pilot
 
 
-async def _live(config: Config, url: str) -> OwnPilot:
+async def _live(config: Config, url: str, log: _Log) -> OwnPilot:
     clock = Clock()
     start_us = clock.now_us()
-    pilot = OwnPilot(config, start_us, config.law.delay_s)
-    driver = await open_live(pilot, parse_url(url), clock, start_us)
+    pilot = OwnPilot(config, start_us, config.law.delay())
+    driver = await open_live(pilot, parse_url(url), clock, start_us, log)
     try:
         while not pilot.done:
             await driver.wait(0.25)
