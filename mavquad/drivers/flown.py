@@ -23,11 +23,12 @@ class Witness:
     def __init__(self, agent: Agent, params: AgentParams) -> None:
         self._agent = agent
         self._pose = PoseIntake(params.guards)
+        self._refused = 0
         self.flown = Flown(params.airframe)
 
     def __call__(self, record: Record) -> None:
         """An inbound frame was taken in."""
-        if frame_source(record.frame) != self._agent.link.vehicle:
+        if self._was_refused() or frame_source(record.frame) != self._agent.link.vehicle:
             return
         number, law = message_id(record.frame), self._agent.law
         self._pose.choose(law.depth)
@@ -43,6 +44,12 @@ class Witness:
             self.flown.autopilot = "px4" if is_px4 else "arducopter"
         for row in self._agent.take_trace():
             self._step(row, self._pose.authority(record.stamp_us))
+
+    def _was_refused(self) -> bool:
+        """Whether the link did not take the last frame: forged, or wrongly signed."""
+        before, link = self._refused, self._agent.link
+        self._refused = link.forged + link.rejected.total()
+        return self._refused > before
 
     def _step(self, row: TraceRow, authority: float) -> None:
         law = self._agent.law

@@ -12,6 +12,9 @@ from mavquad.analysis.what_if_figure import what_if_figure
 from mavquad.drivers.flown import Witness
 from mavquad.drivers.lockstep import START_US
 from mavquad.drivers.replay import replay
+from mavquad.protocol.codec import Encoder, decode, mavlink, message_id
+from mavquad.tlog import Record
+from mavquad.types import Position
 from tests.support import fly
 
 SHORT = {
@@ -62,6 +65,28 @@ def test_so_it_is_at_other_depths_with_state_feedback_and_late_positions(options
     flight, seen = flown({**SHORT, **options})
     found = what_if(seen, flight.config.law, flight.rows[0].depth)
     assert [answer.other for answer in found.answers] == flight.rows
+
+
+def test_forged_poses_do_not_enter(torque):
+    """MAVLink 1 frames with the vehicle's own name, between its own of MAVLink 2: the agent does not take them."""
+    flight, _ = torque
+    forger = Encoder(1, 1, version=1)
+    records = []
+    for record in flight.recording.records:
+        records.append(record)
+        if not record.outbound and message_id(record.frame) == mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED:
+            stamp_ms = decode(record.frame).time_boot_ms + 1
+            lie = forger.encode(mavlink.MAVLink_local_position_ned_message(stamp_ms, 90.0, 90.0, 90.0, 0.0, 0.0, 0.0))
+            records.append(Record(record.stamp_us + 4, 0, lie))
+    agent = Agent(flight.config, START_US)
+    witness = Witness(agent, flight.config)
+    replay(agent, START_US, records, flight.recording.events, witness)
+    assert agent.link.forged > 1000
+    places = [
+        i.measured.position_nwu_m for i in witness.flown.inputs if isinstance(getattr(i, "measured", None), Position)
+    ]
+    assert len(places) > 500
+    assert max(abs(x) for x, _, _ in places) < 50.0
 
 
 def test_a_slower_law_asks_for_less(torque):
