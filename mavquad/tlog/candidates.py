@@ -42,6 +42,10 @@ class Candidates(NamedTuple):
     numbers: NDArray[np.int32]
     """Message ids."""
 
+    def only(self, wanted: Any) -> Candidates:
+        """Those of these indices, or where this mask is true."""
+        return Candidates(self.starts[wanted], self.ends[wanted], self.numbers[wanted])
+
 
 def rows(buffer: NDArray[np.uint8], kind: np.dtype[Any], starts: NDArray[np.int64]) -> NDArray[Any]:
     """What stands at each of these places, read as this kind; it may lie at any byte and reach into its neighbour."""
@@ -63,7 +67,7 @@ def find_frames(buffer: NDArray[np.uint8], size: int) -> Candidates:
     possible = (ends <= size) & (extras != _UNKNOWN) & (~is_v2 | (header["flags"] <= 1))
     at = np.flatnonzero(possible)
     right = at[_have_right_crc(buffer, starts[at], crc_at[at], extras[at])]
-    return Candidates(starts[right], ends[right], numbers[right])
+    return Candidates(starts, ends, numbers).only(right)
 
 
 def _have_right_crc(

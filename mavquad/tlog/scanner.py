@@ -77,10 +77,8 @@ class Scanner:
         """Those up to a limit that do not overlap, by their places in the file."""
         found = Candidates(found.starts + self._base, found.ends + self._base, found.numbers)
         if np.any(found.starts[1:] < found.ends[:-1]):
-            wanted = _without_overlaps(found.starts.tolist(), found.ends.tolist(), self._at)
-            found = Candidates(*(array[wanted] for array in found))
-        count = np.searchsorted(found.starts, limit)
-        return Candidates(*(array[:count] for array in found))
+            found = found.only(_without_overlaps(found.starts.tolist(), found.ends.tolist(), self._at))
+        return found.only(found.starts < limit)
 
     def _stamps(
         self, padded: NDArray[np.uint8], starts: NDArray[np.int64], ends: NDArray[np.int64]
