@@ -53,7 +53,7 @@ def _subtitle(found: LawShadow) -> str:
 def _draw_table(figure: Figure, phases: Sequence[ShadowPhase], takes: str) -> None:
     """Whether the data would have done, phase by phase."""
     figure.text(_LEFT, 0.905, f"would this data have done? (takes {takes})", fontsize=11, color=canvas.INK)
-    columns = (0.0, 0.21, 0.33, 0.44, 0.57, 0.79)
+    columns = (0.0, 0.2, 0.31, 0.42, 0.62, 0.82)
     rows = [("mode", "s", "Hz", *(verdict.depth for verdict in _some_verdicts(phases)))]
     for phase in phases[:_TABLE_ROWS]:
         hz = "/".join("–" if of.rate_hz is None else f"{of.rate_hz:.3g}" for of in (phase.positions, phase.attitudes))
@@ -62,7 +62,7 @@ def _draw_table(figure: Figure, phases: Sequence[ShadowPhase], takes: str) -> No
     for number, row in enumerate(rows):
         for column, words in zip(columns, row, strict=False):
             colour = canvas.MUTED if number == 0 else canvas.VERMILLION if words.startswith("no:") else canvas.INK
-            text = words.replace("omega0", "ω0").replace(" at most", "")
+            text = words.removeprefix("no: ").replace("omega0 ", "ω0 ≤ ").replace(" at most", "")
             figure.text(_LEFT + column * _WIDTH, 0.88 - 0.021 * number, text, fontsize=7.5, color=colour)
     if len(phases) > _TABLE_ROWS:
         figure.text(
