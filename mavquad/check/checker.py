@@ -224,8 +224,8 @@ class Checker:
         answer = self.sync.on_message(message, self._now_us)
         if answer is not None:
             self._send([answer])
-        elif self.sync.strays == before and self.sync.round_trip_us is not None:
-            self.round_trips_us.append(self.sync.round_trip_us)
+        elif self.sync.strays == before and self.sync.latest_round_trip_us is not None:
+            self.round_trips_us.append(self.sync.latest_round_trip_us)
 
     @property
     def is_armed(self) -> bool:

@@ -7,12 +7,15 @@ question of ours and the first to it, so that what others ask on the same link, 
 
 from __future__ import annotations
 
+from collections import deque
+
 from mavquad.endpoint import GRID_US, NEVER_US
 from mavquad.protocol.codec import Message, mavlink
 from mavquad.protocol.vehicle_clock import Exchange, VehicleClock
 
 PERIOD_US = 100_000
 """Between two questions. A simulator that stalls steps its clock, and poses look old until the next answer."""
+ROUND_TRIPS = 5
 QUESTIONS_MAX = 64
 AGE_MAX_US = 10_000_000
 """A stamp that seems older is not of the clock that answers (a reboot that is not known yet; another time base)."""
@@ -23,13 +26,14 @@ class TimeSync:
 
     Attributes:
         clock: the vehicle's clock, with its drift, steps and reboots.
-        round_trip_us: of the latest answer; None before the first.
+        latest_round_trip_us: of the latest answer; None before the first.
         strays: answers to nothing that was asked.
     """
 
     def __init__(self) -> None:
         self.clock = VehicleClock()
-        self.round_trip_us: int | None = None
+        self.latest_round_trip_us: int | None = None
+        self._round_trips_us: deque[int] = deque(maxlen=ROUND_TRIPS)
         self.strays = 0
         self._asked_us: dict[int, int] = {}
         self._next_us = NEVER_US
@@ -66,11 +70,18 @@ class TimeSync:
         if sent_us is None or message.tc1 < 0:
             self.strays += 1
             return None
-        self.round_trip_us = now_us - sent_us
+        self.latest_round_trip_us = now_us - sent_us
+        self._round_trips_us.append(self.latest_round_trip_us)
         self.clock.take(Exchange(sent_us, now_us, message.tc1 // 1000))
         return None
 
     # ------------------------------------------------------------------ what it tells
+
+    @property
+    def round_trip_us(self) -> int | None:
+        """How long the link takes: the quickest of the latest `ROUND_TRIPS` answers, since one that was held up, by a busy
+        computer at either end, says nothing about the link. None before the first."""
+        return min(self._round_trips_us, default=None)
 
     @property
     def drift(self) -> float | None:

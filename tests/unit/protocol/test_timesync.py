@@ -245,3 +245,17 @@ def test_old_questions_are_forgotten():
     sync.on_message(mavlink.MAVLink_timesync_message(5, first.ts1), START_US + 21_000_000)
     assert sync.strays == 1
     assert sync.clock.line is None
+
+
+def test_one_answer_that_was_held_up_is_no_slow_link():
+    path = Path().run(1.0)
+    path.down_us = 170_000
+    path.run(0.1)
+    path.down_us = 200
+    path.run(0.085)
+    assert path.sync.latest_round_trip_us > 170_000  # it came just now
+    assert path.sync.round_trip_us == 400
+    path.down_us = 170_000
+    path.run(0.8)
+    assert path.sync.round_trip_us == 170_200
+    assert path.sync.latest_round_trip_us == 170_200
