@@ -145,7 +145,7 @@ def test_a_flight_of_ours_is_replayed_whole(cli, log, tmp_path):
 
 
 def test_a_list_needs_neither_the_configuration_nor_figures(log):
-    """What takes long to import is not; the list is there in half a second."""
+    """What takes long to import is not imported: the list is wanted at once."""
     code = f"""
 import sys
 sys.argv = ["mavquad", "replay", {str(log)!r}, "--list"]
