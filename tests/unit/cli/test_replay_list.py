@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import time
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -100,6 +101,16 @@ def test_a_log_without_stamps_is_listed(cli, tmp_path):
 def test_parts(log, part, from_s, to_s):
     from_us, to_us = (None if s is None else T0_US + round(s * 1e6) for s in (from_s, to_s))
     assert part.selection(log) == Selection(system=part.system, from_us=from_us, to_us=to_us)
+
+
+def test_a_wall_time_is_utc_wherever_one_is(log, monkeypatch):
+    monkeypatch.setenv("TZ", "XXX-9")
+    time.tzset()
+    try:
+        assert LogPart(from_="2026-05-01T10:20:33").selection(log).from_us == T0_US + 3_000_000
+    finally:
+        monkeypatch.undo()
+        time.tzset()
 
 
 @pytest.mark.parametrize(
