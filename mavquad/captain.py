@@ -603,7 +603,11 @@ class Captain:
         if reply is Reply.REFUSED:
             self._on_refusal()
         elif reply is Reply.ACCEPTED and self.phase is Phase.ENGAGING:
-            # Most likely our setpoints act from here on; HEARTBEAT says so up to a second later.
+            self._on_offboard_accepted()
+
+    def _on_offboard_accepted(self) -> None:
+        """An ACK is no proof (PX4 1.16 takes it back); where ATTITUDE_TARGET tells nothing it must do."""
+        if self._control.law.depth == "torque" or not self._control.echo.heard:
             self._control.law.in_control = True
 
     def _on_refusal(self) -> None:
@@ -653,6 +657,9 @@ class Captain:
     def _on_attitude_target(self, message: Message) -> None:
         if self.phase is Phase.TAKING_OFF:
             self._takeoff.learn(message.thrust, self._control.pose.attitude)
+        elif self.phase is Phase.ENGAGING and not self._control.law.in_control and self._control.echo.shows(message):
+            self._note("law", "the autopilot follows: ATTITUDE_TARGET shows our setpoint")
+            self._control.law.in_control = True
 
     # ------------------------------------------------------------------ the pose
 
