@@ -27,6 +27,7 @@ from mavquad.flight.modes import asked_for, own_modes, way_back
 from mavquad.flight.preparation import Preparation
 from mavquad.flight.takeoff import TakeoffWatch
 from mavquad.flight.vehicle import Vehicle
+from mavquad.flight.velocity_check import VelocityCheck
 from mavquad.flight_record import Note, Status, TraceRow
 from mavquad.protocol import command as commands
 from mavquad.protocol.codec import Message, mavlink
@@ -78,6 +79,7 @@ class Captain:
         self._keeper = StreamKeeper(params.streams, PX4)
         self._preparation = Preparation()
         self._hover = HoverThrust(params.airframe)
+        self._velocity_check = VelocityCheck()
         self._takeoff = TakeoffWatch(self._hover, params.flight.settle_s, params.guards.floor_m)
         law = LawFlight(params.law, params.airframe, params.mission, params.streams, self._hover)
         self._control = Control(params.guards, law)
@@ -687,6 +689,7 @@ class Captain:
         if self.phase is Phase.WAITING and not self._not_ready():
             self._fire(Event.READY)
         elif self.phase is Phase.TAKING_OFF:
+            self._velocity_check.take(position)
             holds = self._vehicle.mode == self._firmware.hover and self._control.pose.stale(self._now_us) is None
             if self._takeoff.is_over(position, self._ground_m, holds, self._now_us):
                 self._on_airborne()
@@ -699,9 +702,18 @@ class Captain:
         """How far the mission leads up and down counts from here."""
         fault = height_fault(self._params.mission, self._params.guards, self._height_m())
         if fault is None:
+            self._believe_velocity_or_not()
             self._fire(Event.AIRBORNE)
         else:
             self._fire(Event.TIMEOUT, reasons.too_high_or_low(fault))
+
+    def _believe_velocity_or_not(self) -> None:
+        """Whether the observer takes the estimated velocity, by what was seen of it so far."""
+        law, check = self._control.law, self._velocity_check
+        if check.misleads and law.params.mistrusting(law.depth) != law.params:
+            self._control.choose(law.params.mistrusting(law.depth), law.depth)
+            difference = f"{check.difference_m_s:.2f} m/s off the slope of the position"
+            self._note("law", f"measurements {law.measurements}: the velocity is {difference}")
 
     def _fly(self, steps: bool) -> None:
         """Whatever was just measured may trip a guard; one of the two streams steps the law."""

@@ -20,16 +20,8 @@ YAW_LENGTHS: dict[Depth, int] = {"torque": 2, "rate": 1, "attitude": 1}
 """The yaw's own chain, before any padding; at depth attitude its rate is integrated to the angle on the wire."""
 
 
-MEASUREMENTS: dict[tuple[Autopilot, Depth], Measurements] = {
-    ("px4", "torque"): "full",
-    # The velocity that PX4 1.16 estimates in SIH errs slowly by 0.1 to 0.3 m/s, and not as its position does: it misleads.
-    ("px4", "rate"): "position_attitude",
-    ("px4", "attitude"): "full",
-    ("arducopter", "torque"): "full",
-    ("arducopter", "rate"): "full",
-    ("arducopter", "attitude"): "full",
-}
-"""What the observer is corrected by, if nothing else is said."""
+MISTRUSTING: dict[Depth, Measurements] = {"torque": "full", "rate": "position_attitude", "attitude": "full"}
+"""What the observer is corrected by where the estimated velocity is not the slope of the position; else by all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +56,7 @@ _PX4: dict[tuple[Depth, Measurements], Defaults] = {
     ("torque", "position_attitude"): Defaults(3.0, 2.5, **_TORQUE),
     ("torque", "full"): Defaults(3.4, 2.5, 20.0, 14.0, 14.0, **_TORQUE),
     ("rate", "position_yaw"): Defaults(2.0, 4.0, **_RATE),
-    ("rate", "position_attitude"): Defaults(3.0, 5.0, **_RATE),
+    ("rate", "position_attitude"): Defaults(3.0, 4.0, **_RATE),
     ("rate", "full"): Defaults(3.0, 2.5, 20.0, 10.0, **_RATE),
     ("attitude", "position_yaw"): Defaults(1.5, 3.0, **_ATTITUDE),
     ("attitude", "position_attitude"): Defaults(1.5, 3.0, **_ATTITUDE),

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, PlainSerializer, model_validator
 
-from mavquad.control.defaults import CHAIN_LENGTHS, DEPTHS, MEASUREMENTS, Autopilot, Defaults, Measurements, defaults
+from mavquad.control.defaults import CHAIN_LENGTHS, DEPTHS, MISTRUSTING, Autopilot, Defaults, Measurements, defaults
 from mavquad.control.gains import Polynomial, chain_gains
 from mavquad.schema import Section
 from mavquad.types import Depth
@@ -73,7 +73,8 @@ class LawParams(Section):
     is met, PX4's."""
     measurements: Literal["auto", "position_yaw", "position_attitude", "full"] = "auto"
     """What the observer is corrected by: position and yaw (the paper); roll and pitch besides; velocity and body rates
-    besides. "auto": full; on PX4 at depth rate position_attitude."""
+    besides. "auto": full; but at depth rate position_attitude where the velocity, as seen before the law takes over, is not
+    the slope of the position (PX4's SIH)."""
     decoupling: Literal["auto", "attitude", "constant"] = "auto"
     """The input gain that is inverted: at the measured attitude, or b(0, yaw), as the paper has it. "auto": attitude, but
     constant at depth torque with position and yaw alone, whose noisy thrust demand would shake roll and pitch."""
@@ -153,7 +154,11 @@ class LawParams(Section):
 
     def measured(self, depth: Depth) -> Measurements:
         """The measurement set at a depth, "auto" resolved."""
-        return MEASUREMENTS[self._autopilot(), depth] if self.measurements == "auto" else self.measurements
+        return "full" if self.measurements == "auto" else self.measurements
+
+    def mistrusting(self, depth: Depth) -> LawParams:
+        """For a vehicle whose estimated velocity misleads."""
+        return self.model_copy(update={"measurements": MISTRUSTING[depth]}) if self.measurements == "auto" else self
 
     def _autopilot(self) -> Autopilot:
         return "px4" if self.autopilot == "auto" else self.autopilot

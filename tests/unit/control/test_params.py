@@ -216,8 +216,10 @@ def test_which_states_are_measured(depth: Depth, measurements: str, measured: li
 
 def test_what_auto_means_for_the_words() -> None:
     params = LawParams()
-    assert [params.measured(depth) for depth in DEPTHS] == ["full", "position_attitude", "full"]
-    assert [params.of("arducopter").measured(depth) for depth in DEPTHS] == ["full"] * 3
+    assert [params.measured(depth) for depth in DEPTHS] == ["full"] * 3
+    mistrusting = [params.mistrusting(depth).measured(depth) for depth in DEPTHS]
+    assert mistrusting == ["full", "position_attitude", "full"]
+    assert LawParams(measurements="position_yaw").mistrusting("rate").measured("rate") == "position_yaw"
     assert params.depths == DEPTHS
     assert LawParams(depth="rate").depths == ("rate",)
     assert [params.constant_gain(depth) for depth in DEPTHS] == [False] * 3
