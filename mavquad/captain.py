@@ -12,11 +12,13 @@ from typing import ClassVar
 
 from mavquad.agent_params import SETPOINTS_BEFORE_OFFBOARD, AgentParams
 from mavquad.analysis.margin_check import check_margins
+from mavquad.control.params import LawParams
 from mavquad.endpoint import NEVER_US, grid_us
 from mavquad.errors import MavquadError
 from mavquad.flight import orders, reasons
 from mavquad.flight.airframe import HoverThrust, within_hover
 from mavquad.flight.control import Control
+from mavquad.flight.delay import DelayMeter
 from mavquad.flight.guard_set import GuardSet
 from mavquad.flight.guards import HOLD, LAND, PILOT, RETURN, Reaction, Tripped
 from mavquad.flight.law_flight import LawFlight
@@ -35,7 +37,8 @@ from mavquad.protocol.command import Command, CommandExchange, Reply
 from mavquad.protocol.firmware import PX4, Mode, firmware_of
 from mavquad.protocol.identify import UNKNOWN_VERSION, Identification
 from mavquad.protocol.streams import StreamKeeper, shortfalls
-from mavquad.types import Position
+from mavquad.protocol.timesync import TimeSync
+from mavquad.types import Depth, Position
 
 DISARM_PATIENCE_US = 5_000_000
 REASON_US = 250_000
@@ -58,7 +61,7 @@ class Captain:
         order_fault: why the operator's last order is not flown; empty when it is.
     """
 
-    def __init__(self, params: AgentParams, start_us: int, send: Callable[[Message], None]) -> None:
+    def __init__(self, params: AgentParams, start_us: int, send: Callable[[Message], None], sync: TimeSync) -> None:
         self._params = params
         self._now_us = start_us
         self._send = send
@@ -79,6 +82,8 @@ class Captain:
         self._keeper = StreamKeeper(params.streams, PX4)
         self._preparation = Preparation()
         self._hover = HoverThrust(params.airframe)
+        self._sync = sync
+        self._delay = DelayMeter()
         self._velocity_check = VelocityCheck()
         self._takeoff = TakeoffWatch(self._hover, params.flight.settle_s, params.guards.floor_m)
         law = LawFlight(params.law, params.airframe, params.mission, params.streams, self._hover)
@@ -403,10 +408,28 @@ class Captain:
         if depth not in taken:
             raise reasons.no_torque(self._firmware, version)
         law = self._params.law.of("px4" if self._firmware is PX4 else "arducopter")
+        self._check_margins(law, depth)
+        self._control.choose(law, depth)
+        self._note("law", f"depth {depth}, measurements {law.measured()}")
+
+    def _on_ready(self) -> None:
+        """The link's delay is known by now: the law must have its margins with that one."""
+        law, depth = self._control.law.params, self._control.law.depth
+        delay_s = self._delay.delay_s(self._sync.clock.least_round_trip_us)
+        if law.delay_s is None and delay_s is not None:
+            law = law.model_copy(update={"delay_s": delay_s})
+            try:
+                self._check_margins(law, depth)
+            except MavquadError as error:
+                self._fire(Event.REFUSED, error)
+                return
+            self._control.choose(law, depth)
+            self._note("law", f"the link's delay is {delay_s * 1e3:.0f} ms")
+        self._fire(Event.READY)
+
+    def _check_margins(self, law: LawParams, depth: Depth) -> None:
         if not self._params.flight.force:
             check_margins(law, self._params.streams, depth, "configuration")
-        self._control.choose(law, depth)
-        self._note("law", f"depth {depth}, measurements {law.measured(depth)}")
 
     def _enter_preparing(self) -> None:
         found, vehicle = self._identification.parameters, self._vehicle
@@ -671,6 +694,8 @@ class Captain:
         if isinstance(attitude, Tripped):
             self._trip(attitude)
         elif attitude is not None:
+            if self.phase is Phase.WAITING:
+                self._delay.take(self._sync.age_us(attitude.stamp_us, self._now_us))
             self._trip(self._control.guards.on_attitude(attitude, self._now_us))
             # Where positions step the law and are late, it flies on its prediction.
             self._fly(self._control.law.steps_on_attitude or self._control.pose.authority(self._now_us) < 1.0)
@@ -687,7 +712,7 @@ class Captain:
         self._trip(self._control.guards.on_position(position, self._now_us))
         law = self._control.law
         if self.phase is Phase.WAITING and not self._not_ready():
-            self._fire(Event.READY)
+            self._on_ready()
         elif self.phase is Phase.TAKING_OFF:
             self._velocity_check.take(position)
             holds = self._vehicle.mode == self._firmware.hover and self._control.pose.stale(self._now_us) is None
@@ -713,7 +738,7 @@ class Captain:
         if check.misleads and law.params.mistrusting(law.depth) != law.params:
             self._control.choose(law.params.mistrusting(law.depth), law.depth)
             difference = f"{check.difference_m_s:.2f} m/s off the slope of the position"
-            self._note("law", f"measurements {law.measurements}: the velocity is {difference}")
+            self._note("law", f"the estimated velocity counts less: it is {difference}")
 
     def _fly(self, steps: bool) -> None:
         """Whatever was just measured may trip a guard; one of the two streams steps the law."""

@@ -71,7 +71,7 @@ class LawFlight:
     @property
     def measurements(self) -> Measurements:
         """What the observer is corrected by."""
-        return self._law.measured(self.depth)
+        return self._law.measured()
 
     def choose(self, law: LawParams, depth: Depth) -> None:
         """The law as it is for the vehicle that was met, and what it will command."""
