@@ -12,7 +12,6 @@ from typing import ClassVar
 
 from mavquad.agent_params import SETPOINTS_BEFORE_OFFBOARD, AgentParams
 from mavquad.analysis.margin_check import check_margins
-from mavquad.control.params import LawParams
 from mavquad.endpoint import NEVER_US, grid_us
 from mavquad.errors import MavquadError
 from mavquad.flight import orders, reasons
@@ -21,7 +20,7 @@ from mavquad.flight.control import Control
 from mavquad.flight.delay import DelayMeter
 from mavquad.flight.guard_set import GuardSet
 from mavquad.flight.guards import HOLD, LAND, PILOT, RETURN, Reaction, Tripped
-from mavquad.flight.law_flight import LawFlight
+from mavquad.flight.law_flight import MOST_COMMANDS_IN_FLIGHT, LawFlight
 from mavquad.flight.machine import IN_FLIGHT, Event, Phase, next_phase
 from mavquad.flight.mission_check import height_fault
 from mavquad.flight.mission_params import MissionParams
@@ -38,7 +37,7 @@ from mavquad.protocol.firmware import PX4, Mode, firmware_of
 from mavquad.protocol.identify import UNKNOWN_VERSION, Identification
 from mavquad.protocol.streams import StreamKeeper, shortfalls
 from mavquad.protocol.timesync import TimeSync
-from mavquad.types import Depth, Position
+from mavquad.types import Position
 
 DISARM_PATIENCE_US = 5_000_000
 REASON_US = 250_000
@@ -408,28 +407,20 @@ class Captain:
         if depth not in taken:
             raise reasons.no_torque(self._firmware, version)
         law = self._params.law.of("px4" if self._firmware is PX4 else "arducopter")
-        self._check_margins(law, depth)
+        if not self._params.flight.force:
+            check_margins(law, self._params.streams, depth, "configuration")
         self._control.choose(law, depth)
         self._note("law", f"depth {depth}, measurements {law.measured()}")
 
     def _on_ready(self) -> None:
-        """The link's delay is known by now: the law must have its margins with that one."""
-        law, depth = self._control.law.params, self._control.law.depth
-        delay_s = self._delay.delay_s(self._sync.clock.least_round_trip_us)
-        if law.delay_s is None and delay_s is not None:
-            law = law.model_copy(update={"delay_s": delay_s})
-            try:
-                self._check_margins(law, depth)
-            except MavquadError as error:
-                self._fire(Event.REFUSED, error)
-                return
-            self._control.choose(law, depth)
+        """The link's delay is known by now."""
+        law = self._control.law
+        most_s = MOST_COMMANDS_IN_FLIGHT / self._params.streams.position_hz
+        delay_s = self._delay.delay_s(self._vehicle.round_trip_s, most_s)
+        if law.params.delay_s is None and delay_s is not None:
+            self._control.choose(law.params.model_copy(update={"delay_s": delay_s}), law.depth)
             self._note("law", f"the link's delay is {delay_s * 1e3:.0f} ms")
         self._fire(Event.READY)
-
-    def _check_margins(self, law: LawParams, depth: Depth) -> None:
-        if not self._params.flight.force:
-            check_margins(law, self._params.streams, depth, "configuration")
 
     def _enter_preparing(self) -> None:
         found, vehicle = self._identification.parameters, self._vehicle
@@ -499,11 +490,7 @@ class Captain:
         asked, streams = self._params.streams, self._vehicle.streams
         attitude_hz = min(asked.attitude_hz, streams["ATTITUDE"].rate_hz(self._now_us))
         position_hz = min(asked.position_hz, streams["LOCAL_POSITION_NED"].rate_hz(self._now_us))
-        round_trip_s = self._vehicle.round_trip_s
-        delay_s = self._control.law.allow_for(round_trip_s or 0.0)
-        if delay_s:
-            self._note("law", f"delay {delay_s:.3f} s, as measured")
-        self._control.start(attitude_hz, position_hz, self._now_us, round_trip_s)
+        self._control.start(attitude_hz, position_hz, self._now_us, self._vehicle.round_trip_s)
         # Where the vehicle is in the mode already, what is sent acts.
         self._control.law.in_control = self._firmware.acts_at_once
 

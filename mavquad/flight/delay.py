@@ -1,5 +1,5 @@
 """The delay that the law bridges, as the link shows it before the flight: how old an attitude is when it arrives, and half
-of the quickest round trip for the command's way up. Neither is known without TIMESYNC."""
+of a round trip for the command's way up. Neither is known without TIMESYNC."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from statistics import median
 
 KEPT = 200
 ENOUGH = 50
-OUR_OWN_US = 500
+OUR_OWN_S = 0.0005
 """From the arrival of a measurement until the command leaves; live flights measure it as their lateness."""
 LEAST_S, MOST_S = 0.002, 0.3
 
@@ -24,9 +24,14 @@ class DelayMeter:
         if age_us is not None:
             self._ages_us.append(age_us)
 
-    def delay_s(self, least_round_trip_us: int | None) -> float | None:
-        """From the stamp of a measurement until the command that answers it arrives; None while it is not known."""
-        if least_round_trip_us is None or len(self._ages_us) < ENOUGH:
+    def delay_s(self, round_trip_s: float | None, most_s: float) -> float | None:
+        """From the stamp of a measurement until the command that answers it arrives; None while it is not known.
+
+        Args:
+            round_trip_s: the usual one.
+            most_s: as much as the law can bridge.
+        """
+        if round_trip_s is None or len(self._ages_us) < ENOUGH:
             return None
-        delay_us = median(self._ages_us) + least_round_trip_us / 2 + OUR_OWN_US
-        return min(max(delay_us * 1e-6, LEAST_S), MOST_S)
+        delay_s = median(self._ages_us) * 1e-6 + round_trip_s / 2 + OUR_OWN_S
+        return min(max(delay_s, LEAST_S), most_s, MOST_S)
