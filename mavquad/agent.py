@@ -36,9 +36,9 @@ class Agent:
         self._silence_us = grid_us(params.link.heartbeat_timeout_s)
         self._heartbeat_us = start_us if params.link.speaks_first else NEVER_US
         self._now_us = start_us
-        self._captain = Captain(params, start_us, self._send)
-        self.link = Link(params.link, key)
         self.sync = TimeSync()
+        self._captain = Captain(params, start_us, self._send, self.sync)
+        self.link = Link(params.link, key)
 
     # ------------------------------------------------------------------ Endpoint
 

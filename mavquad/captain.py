@@ -17,9 +17,10 @@ from mavquad.errors import MavquadError
 from mavquad.flight import orders, reasons
 from mavquad.flight.airframe import HoverThrust, within_hover
 from mavquad.flight.control import Control
+from mavquad.flight.delay import DelayMeter
 from mavquad.flight.guard_set import GuardSet
 from mavquad.flight.guards import HOLD, LAND, PILOT, RETURN, Reaction, Tripped
-from mavquad.flight.law_flight import LawFlight
+from mavquad.flight.law_flight import MOST_COMMANDS_IN_FLIGHT, LawFlight
 from mavquad.flight.machine import IN_FLIGHT, Event, Phase, next_phase
 from mavquad.flight.mission_check import height_fault
 from mavquad.flight.mission_params import MissionParams
@@ -27,6 +28,7 @@ from mavquad.flight.modes import asked_for, own_modes, way_back
 from mavquad.flight.preparation import Preparation
 from mavquad.flight.takeoff import TakeoffWatch
 from mavquad.flight.vehicle import Vehicle
+from mavquad.flight.velocity_check import VelocityCheck
 from mavquad.flight_record import Note, Status, TraceRow
 from mavquad.protocol import command as commands
 from mavquad.protocol.codec import Message, mavlink
@@ -34,6 +36,7 @@ from mavquad.protocol.command import Command, CommandExchange, Reply
 from mavquad.protocol.firmware import PX4, Mode, firmware_of
 from mavquad.protocol.identify import UNKNOWN_VERSION, Identification
 from mavquad.protocol.streams import StreamKeeper, shortfalls
+from mavquad.protocol.timesync import TimeSync
 from mavquad.types import Position
 
 DISARM_PATIENCE_US = 5_000_000
@@ -57,7 +60,7 @@ class Captain:
         order_fault: why the operator's last order is not flown; empty when it is.
     """
 
-    def __init__(self, params: AgentParams, start_us: int, send: Callable[[Message], None]) -> None:
+    def __init__(self, params: AgentParams, start_us: int, send: Callable[[Message], None], sync: TimeSync) -> None:
         self._params = params
         self._now_us = start_us
         self._send = send
@@ -78,6 +81,9 @@ class Captain:
         self._keeper = StreamKeeper(params.streams, PX4)
         self._preparation = Preparation()
         self._hover = HoverThrust(params.airframe)
+        self._sync = sync
+        self._delay = DelayMeter()
+        self._velocity_check = VelocityCheck()
         self._takeoff = TakeoffWatch(self._hover, params.flight.settle_s, params.guards.floor_m)
         law = LawFlight(params.law, params.airframe, params.mission, params.streams, self._hover)
         self._control = Control(params.guards, law)
@@ -404,7 +410,17 @@ class Captain:
         if not self._params.flight.force:
             check_margins(law, self._params.streams, depth, "configuration")
         self._control.choose(law, depth)
-        self._note("law", f"depth {depth}, measurements {law.measured(depth)}")
+        self._note("law", f"depth {depth}, measurements {law.measured()}")
+
+    def _on_ready(self) -> None:
+        """The link's delay is known by now."""
+        law = self._control.law
+        most_s = MOST_COMMANDS_IN_FLIGHT / self._params.streams.position_hz
+        delay_s = self._delay.delay_s(self._vehicle.round_trip_s, most_s)
+        if law.params.delay_s is None and delay_s is not None:
+            self._control.choose(law.params.model_copy(update={"delay_s": delay_s}), law.depth)
+            self._note("law", f"the link's delay is {delay_s * 1e3:.0f} ms")
+        self._fire(Event.READY)
 
     def _enter_preparing(self) -> None:
         found, vehicle = self._identification.parameters, self._vehicle
@@ -474,11 +490,7 @@ class Captain:
         asked, streams = self._params.streams, self._vehicle.streams
         attitude_hz = min(asked.attitude_hz, streams["ATTITUDE"].rate_hz(self._now_us))
         position_hz = min(asked.position_hz, streams["LOCAL_POSITION_NED"].rate_hz(self._now_us))
-        round_trip_s = self._vehicle.round_trip_s
-        delay_s = self._control.law.allow_for(round_trip_s or 0.0)
-        if delay_s:
-            self._note("law", f"delay {delay_s:.3f} s, as measured")
-        self._control.start(attitude_hz, position_hz, self._now_us, round_trip_s)
+        self._control.start(attitude_hz, position_hz, self._now_us, self._vehicle.round_trip_s)
         # Where the vehicle is in the mode already, what is sent acts.
         self._control.law.in_control = self._firmware.acts_at_once
 
@@ -603,7 +615,11 @@ class Captain:
         if reply is Reply.REFUSED:
             self._on_refusal()
         elif reply is Reply.ACCEPTED and self.phase is Phase.ENGAGING:
-            # Most likely our setpoints act from here on; HEARTBEAT says so up to a second later.
+            self._on_offboard_accepted()
+
+    def _on_offboard_accepted(self) -> None:
+        """An ACK is no proof (PX4 1.16 takes it back); where ATTITUDE_TARGET tells nothing it must do."""
+        if self._control.law.depth == "torque" or not self._control.echo.heard:
             self._control.law.in_control = True
 
     def _on_refusal(self) -> None:
@@ -653,6 +669,9 @@ class Captain:
     def _on_attitude_target(self, message: Message) -> None:
         if self.phase is Phase.TAKING_OFF:
             self._takeoff.learn(message.thrust, self._control.pose.attitude)
+        elif self.phase is Phase.ENGAGING and not self._control.law.in_control and self._control.echo.shows(message):
+            self._note("law", "the autopilot follows: ATTITUDE_TARGET shows our setpoint")
+            self._control.law.in_control = True
 
     # ------------------------------------------------------------------ the pose
 
@@ -662,6 +681,8 @@ class Captain:
         if isinstance(attitude, Tripped):
             self._trip(attitude)
         elif attitude is not None:
+            if self.phase is Phase.WAITING:
+                self._delay.take(self._sync.age_us(attitude.stamp_us, self._now_us))
             self._trip(self._control.guards.on_attitude(attitude, self._now_us))
             # Where positions step the law and are late, it flies on its prediction.
             self._fly(self._control.law.steps_on_attitude or self._control.pose.authority(self._now_us) < 1.0)
@@ -678,8 +699,9 @@ class Captain:
         self._trip(self._control.guards.on_position(position, self._now_us))
         law = self._control.law
         if self.phase is Phase.WAITING and not self._not_ready():
-            self._fire(Event.READY)
+            self._on_ready()
         elif self.phase is Phase.TAKING_OFF:
+            self._velocity_check.take(position)
             holds = self._vehicle.mode == self._firmware.hover and self._control.pose.stale(self._now_us) is None
             if self._takeoff.is_over(position, self._ground_m, holds, self._now_us):
                 self._on_airborne()
@@ -692,9 +714,18 @@ class Captain:
         """How far the mission leads up and down counts from here."""
         fault = height_fault(self._params.mission, self._params.guards, self._height_m())
         if fault is None:
+            self._believe_velocity_or_not()
             self._fire(Event.AIRBORNE)
         else:
             self._fire(Event.TIMEOUT, reasons.too_high_or_low(fault))
+
+    def _believe_velocity_or_not(self) -> None:
+        """Whether the observer takes the estimated velocity, by what was seen of it so far."""
+        law, check = self._control.law, self._velocity_check
+        if check.misleads and law.params.mistrusting(law.depth) != law.params:
+            self._control.choose(law.params.mistrusting(law.depth), law.depth)
+            difference = f"{check.difference_m_s:.2f} m/s off the slope of the position"
+            self._note("law", f"the estimated velocity counts less: it is {difference}")
 
     def _fly(self, steps: bool) -> None:
         """Whatever was just measured may trip a guard; one of the two streams steps the law."""

@@ -151,7 +151,7 @@ def loop_spec(
         tune=channel,
         delay_us=tune.delay_us,
         state_feedback=tune.state_feedback,
-        beat=beat(kind, law.measured(depth) != "position_yaw", streams),
+        beat=beat(kind, law.measured() != "position_yaw", streams),
         path=path or told,
         noise=(noise or Noise()).of_rows(kind),
     )

@@ -76,7 +76,7 @@ def _subtitle(report: TuneReport) -> str:
     limits = report.limits
     law = report.law
     return (
-        f"measurements {law.measured(report.depth)}, delay {law.delay() * 1e3:g} ms; fastest gains with phase margin "
+        f"measurements {law.measured()}, delay {law.delay() * 1e3:g} ms; fastest gains with phase margin "
         f"{limits.phase_deg:g}° or more, delay margin {limits.delay_s * 1e3:g} ms or more, Ms {limits.peak:g} or less, "
         f"noise {limits.noise_share:.0%} of the input's level or less"
     )

@@ -77,7 +77,7 @@ class TuneReport:
         """For --json."""
         return {
             "depth": self.depth,
-            "measurements": self.law.measured(self.depth),
+            "measurements": self.law.measured(),
             "delay_s": self.law.delay(),
             "channels": {kind: report.to_json() for kind, report in self.channels.items()},
             "limits": {

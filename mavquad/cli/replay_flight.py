@@ -142,7 +142,7 @@ def _beside(
     # matplotlib takes half a second to import; nothing before this needs it.
     from mavquad.analysis.what_if_figure import what_if_figure
 
-    words = f"other law: depth {depth}, {config.law.form.replace('_', ' ')}, measurements {config.law.measured(depth)}"
+    words = f"other law: depth {depth}, {config.law.form.replace('_', ' ')}, measurements {config.law.measured()}"
     what_if_figure(found, figure, f"{path}: another law beside it", words)
     if as_json:
         say(to_json({**summary, "beside": found.to_json(), "figure": str(figure)}))

@@ -145,10 +145,9 @@ def _limits_words(limits: Limits) -> str:
 def _print(reports: Sequence[TuneReport], config: Config) -> None:
     console = QuietConsole(highlight=False)
     law, streams = config.law, config.streams
-    measured = ", ".join(dict.fromkeys(law.measured(report.depth) for report in reports))
     console.print(
         Text(
-            f"measurements {measured}, position {streams.position_hz:g} Hz, attitude {streams.attitude_hz:g} Hz, "
+            f"measurements {law.measured()}, position {streams.position_hz:g} Hz, attitude {streams.attitude_hz:g} Hz, "
             f"delay {law.delay() * 1e3:g} ms; dead time and lag as the law is told"
         ),
         soft_wrap=True,

@@ -6,7 +6,16 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, PlainSerializer, model_validator
 
-from mavquad.control.defaults import CHAIN_LENGTHS, DEPTHS, MEASUREMENTS, Autopilot, Defaults, Measurements, defaults
+from mavquad.control.defaults import (
+    CHAIN_LENGTHS,
+    DEPTHS,
+    MISTRUST_KAPPA_RAD_S,
+    MISTRUST_SLOPES,
+    Autopilot,
+    Defaults,
+    Measurements,
+    defaults,
+)
 from mavquad.control.gains import Polynomial, chain_gains
 from mavquad.schema import Section
 from mavquad.types import Depth
@@ -73,7 +82,7 @@ class LawParams(Section):
     is met, PX4's."""
     measurements: Literal["auto", "position_yaw", "position_attitude", "full"] = "auto"
     """What the observer is corrected by: position and yaw (the paper); roll and pitch besides; velocity and body rates
-    besides. "auto": full; on PX4 at depth rate position_attitude."""
+    besides. "auto": full, at every depth."""
     decoupling: Literal["auto", "attitude", "constant"] = "auto"
     """The input gain that is inverted: at the measured attitude, or b(0, yaw), as the paper has it. "auto": attitude, but
     constant at depth torque with position and yaw alone, whose noisy thrust demand would shake roll and pitch."""
@@ -98,6 +107,9 @@ class LawParams(Section):
     """Observer gain on yaw, rad/s. Above yaw_omega0."""
     observer_spread: Spread = None
     """The eigenvalues of the paper's A are -spread^k, k symmetrical about 0: 1 puts all in one place."""
+    velocity_slopes: Annotated[Annotated[int, Field(ge=0, le=2)] | None, *_AUTO] = None
+    """How many derivatives of the offset of the estimated velocity are estimated beside it. "auto": 0; but 2 at depth rate,
+    with a kappa of 12, where that velocity, as seen before the law takes over, is not the position's slope (PX4's SIH)."""
     wind_slopes: int = Field(default=1, ge=0, le=2)
     """How many derivatives of the wind's acceleration are estimated beside it, where roll and pitch tell it from the
     thrust's: 0 takes it for constant, and what varies (gusts, drag that is not known) costs accuracy; 2 takes more noise."""
@@ -108,7 +120,8 @@ class LawParams(Section):
     angular_friction_1_s: Friction = None
     """The paper's a_psi = a_theta = a_phi likewise, 1/s. Depth torque."""
     delay_s: Annotated[Annotated[float, Field(ge=0.0, le=0.3)] | None, *_AUTO] = None
-    """From the stamp of a measurement until the command that was computed from it arrives at the autopilot, s."""
+    """From the stamp of a measurement until the command that was computed from it arrives at the autopilot, s. "auto": as
+    TIMESYNC shows it before the flight; 25 ms where it does not."""
     dead_time_s: Seconds = None
     """From there until roll and pitch begin to answer, s."""
     lag_s: Seconds = None
@@ -137,7 +150,7 @@ class LawParams(Section):
 
     def own(self, depth: Depth) -> Defaults:
         """What "auto" stands for at a depth."""
-        return defaults(self._autopilot(), depth, self.measured(depth))
+        return defaults(self._autopilot(), depth, self.measured())
 
     def delay(self) -> float:
         """`delay_s`, "auto" resolved; s. It is the same at every depth."""
@@ -151,9 +164,16 @@ class LawParams(Section):
         b = own.angular_friction_1_s if self.angular_friction_1_s is None else self.angular_friction_1_s
         return a, b
 
-    def measured(self, depth: Depth) -> Measurements:
-        """The measurement set at a depth, "auto" resolved."""
-        return MEASUREMENTS[self._autopilot(), depth] if self.measurements == "auto" else self.measurements
+    def measured(self) -> Measurements:
+        """The measurement set, "auto" resolved."""
+        return "full" if self.measurements == "auto" else self.measurements
+
+    def mistrusting(self, depth: Depth) -> LawParams:
+        """For a vehicle whose estimated velocity misleads; the same where the configuration leaves nothing open."""
+        if depth != "rate" or self.measured() != "full" or self.velocity_slopes is not None:
+            return self
+        kappa_rad_s = MISTRUST_KAPPA_RAD_S if self.kappa_rad_s is None else self.kappa_rad_s
+        return self.model_copy(update={"velocity_slopes": MISTRUST_SLOPES, "kappa_rad_s": kappa_rad_s})
 
     def _autopilot(self) -> Autopilot:
         return "px4" if self.autopilot == "auto" else self.autopilot
@@ -161,7 +181,7 @@ class LawParams(Section):
     def constant_gain(self, depth: Depth) -> bool:
         """The decoupling, "auto" resolved."""
         if self.decoupling == "auto":
-            return depth == "torque" and self.measured(depth) == "position_yaw" and self.form == "output_feedback"
+            return depth == "torque" and self.measured() == "position_yaw" and self.form == "output_feedback"
         return self.decoupling == "constant"
 
     @model_validator(mode="after")

@@ -109,7 +109,7 @@ def _place(params: LawParams, own: Defaults, depth: Depth, lag_s: float, dead_s:
     length = CHAIN_LENGTHS[depth]
     omega0 = _given(params.omega0_rad_s, own.omega0_rad_s)
     kappas = {0: _given(params.kappa_rad_s, own.kappa_per_omega0 * omega0)}
-    measured = params.measured(depth)
+    measured = params.measured()
     if measured == "full":
         kappas[VELOCITY] = _given(params.velocity_kappa_rad_s, own.velocity_kappa_rad_s)
     if measured != "position_yaw":
@@ -119,7 +119,10 @@ def _place(params: LawParams, own: Defaults, depth: Depth, lag_s: float, dead_s:
     kappas = {index: kappa for index, kappa in kappas.items() if index < length}
     spread = _given(params.observer_spread, own.observer_spread)
     spec = ChainSpec(
-        length, rows(length, kappas, spread, {ACCELERATION: params.wind_slopes}), lag_s, round(dead_s * 1e6)
+        length,
+        rows(length, kappas, spread, {VELOCITY: params.velocity_slopes or 0, ACCELERATION: params.wind_slopes}),
+        lag_s,
+        round(dead_s * 1e6),
     )
     gammas = chain_gains(params.polynomial, length, omega0, params.poles)
     return ChannelTuning(spec, gammas, ratios(gammas), length - 2, _ahead_us(params, dead_s, lag_s))
@@ -129,7 +132,7 @@ def _turn(params: LawParams, own: Defaults, depth: Depth) -> ChannelTuning:
     length = YAW_LENGTHS[depth] + params.yaw_padding
     omega0 = _given(params.yaw_omega0_rad_s, own.yaw_omega0_rad_s)
     kappas = {0: _given(params.yaw_kappa_rad_s, own.yaw_kappa_per_omega0 * omega0)}
-    if params.measured(depth) == "full" and depth == "torque":
+    if params.measured() == "full" and depth == "torque":
         kappas[1] = _given(params.rates_kappa_rad_s, own.rates_kappa_rad_s)
     lag_s = _given(params.yaw_lag_s, own.yaw_lag_s)
     dead_s = _given(params.yaw_dead_time_s, own.yaw_dead_time_s)

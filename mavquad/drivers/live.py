@@ -70,13 +70,17 @@ class LiveDriver:
         """The whole frames that these bytes complete."""
         return self.runner.framer.push(data)
 
-    def take(self, frames: list[bytes]) -> None:
-        """Hand frames to the endpoint, now."""
-        self._guarded(lambda: self.runner.frames(frames, self._clock.now_us()))
+    def take(self, frames: list[bytes], age_us: int = 0) -> None:
+        """Hand frames to the endpoint, as of so long ago."""
+        self._guarded(lambda: self.runner.frames(frames, self._arrival_us(age_us)))
 
-    def take_bytes(self, data: bytes) -> None:
+    def take_bytes(self, data: bytes, age_us: int = 0) -> None:
         """Both."""
-        self._guarded(lambda: self.runner.datagram(data, self._clock.now_us()))
+        self._guarded(lambda: self.runner.datagram(data, self._arrival_us(age_us)))
+
+    def _arrival_us(self, age_us: int) -> int:
+        """Not before what the endpoint has already lived through."""
+        return max(self._clock.now_us() - age_us, self.runner.reached_us)
 
     def forget_rest(self) -> None:
         """What comes next does not continue what came before."""

@@ -29,6 +29,7 @@ class Runner:
     Attributes:
         framer: cuts what arrives into frames; counts what is not one.
         last_us: stamp of the last input.
+        reached_us: up to when the endpoint has lived.
         deadline_us: the endpoint's next deadline. It is asked for again when the endpoint has acted, and not before.
         strangers: datagrams that the driver refused, since they are not the peer's.
         dropped: frames that the driver could not send: nobody is there, or a stream is lost or too slow.
@@ -43,7 +44,7 @@ class Runner:
         self.dropped = 0
         self.last_us = floor_to_grid_us(start_us)
         self.deadline_us = endpoint.next_deadline_us()
-        self._reached_us = self.last_us
+        self.reached_us = self.last_us
         self._send = send
         self._recorder = recorder
         if recorder is not None:
@@ -52,8 +53,8 @@ class Runner:
     def advance(self, now_us: int) -> None:
         """Let time pass up to `now_us`."""
         now_us &= -GRID_US
-        if now_us > self._reached_us:
-            self._reached_us = now_us
+        if now_us > self.reached_us:
+            self.reached_us = now_us
         endpoint = self.endpoint
         while (stamp_us := self.deadline_us) <= now_us:
             self.deadline_us = fire(endpoint, stamp_us)
@@ -101,7 +102,7 @@ class Runner:
 
     def end(self, now_us: int | None) -> None:
         """The run is over: record when. None for an endpoint that failed or was left: it ended where it last acted."""
-        stamp_us = max(self._reached_us, self.last_us) if now_us is None else self._input_stamp(now_us)
+        stamp_us = max(self.reached_us, self.last_us) if now_us is None else self._input_stamp(now_us)
         if self._recorder is not None:
             self._recorder.event(stamp_us, "end")
 

@@ -17,6 +17,9 @@ import errno
 import os
 import re
 import socket
+import struct
+import sys
+import time
 from collections.abc import Awaitable, Callable, Iterator
 from typing import Any, Protocol, cast
 
@@ -27,11 +30,19 @@ from mavquad.url import Address, Place, SerialPort
 RECONNECT_S = 0.2
 BACKLOG_MAX = 512
 """Bytes that may wait in a stream: a tenth of a second at 57600 baud."""
-_READS_AT_ONCE = 32
-_DATAGRAM_MAX = 65535
 _SEND_BUFFER = 16384
 """Of TCP, in the kernel; it counts some hundred bytes of its own for each frame, so these are tens of frames."""
 _HINT = "check the host and the port"
+DATAGRAMS_AT_ONCE = 10_000
+"""Read in one go; a flood must not keep the deadlines from firing for ever."""
+_TIMESTAMPS = 35 if sys.platform == "linux" else None
+"""SO_TIMESTAMPNS, and SCM_TIMESTAMPNS; Python has no name for it."""
+_TIMESPEC = struct.Struct("@ll")
+_ANCILLARY = socket.CMSG_SPACE(_TIMESPEC.size) if hasattr(socket, "CMSG_SPACE") else 0
+_LONGEST = 65536
+_OLDEST_US = 2_000_000
+
+Peer = tuple[str, int]
 
 
 class Receiver(Protocol):
@@ -40,10 +51,10 @@ class Receiver(Protocol):
     def cut(self, data: bytes) -> list[bytes]:
         """The whole frames that these bytes complete."""
 
-    def take(self, frames: list[bytes]) -> None:
-        """Hand frames to the endpoint, now."""
+    def take(self, frames: list[bytes], age_us: int = 0) -> None:
+        """Hand frames to the endpoint, as of so long ago."""
 
-    def take_bytes(self, data: bytes) -> None:
+    def take_bytes(self, data: bytes, age_us: int = 0) -> None:
         """Both."""
 
     def forget_rest(self) -> None:
@@ -77,72 +88,88 @@ class Transport(Protocol):
 
 
 class UdpTransport:
-    """Speaks to the address that it was given, or answers who spoke last until the peer is known: the address whose frame
-    made the endpoint lock. From then on datagrams of others are counted and ignored.
+    """Speaks to the address that it was given, or answers who spoke last until the peer is known: the address whose
+    frame made the endpoint lock. From then on datagrams of others are counted and ignored.
 
-    The socket is read and written here and not by asyncio's transport, which reads one datagram a turn of the loop.
+    All that waits is read at once, each datagram with the time at which the kernel took it in (Linux: SO_TIMESTAMPNS): when
+    this program has stalled, what waited meanwhile counts as of its own time, and only a vehicle that is really silent
+    is taken for silent.
     """
 
     def __init__(self, receiver: Receiver, address: Address) -> None:
-        self._receiver = receiver
         self._address = address
-        self._connected = self._locked = not address.listens
-        self._peer: tuple[str, int] | None = None
-        self._heard: tuple[str, int] | None = None
+        self._receiver = receiver
+        self._peer: Peer | None = None
+        self._heard: Peer | None = None
+        self._locked = False
         self._socket: socket.socket | None = None
 
     async def open(self) -> None:
         """Open the socket."""
         loop, address = asyncio.get_running_loop(), self._address
-        found = await loop.getaddrinfo(address.host, address.port, type=socket.SOCK_DGRAM)
-        family, _, _, _, place = found[0]
-        opened = socket.socket(family, socket.SOCK_DGRAM)
+        family, kind, protocol, _, (host, port, *_) = (
+            await loop.getaddrinfo(address.host, address.port, type=socket.SOCK_DGRAM)
+        )[0]
+        opened = socket.socket(family, kind, protocol)
         try:
             opened.setblocking(False)
-            opened.bind(place) if address.listens else opened.connect(place)
+            if _TIMESTAMPS is not None:
+                opened.setsockopt(socket.SOL_SOCKET, _TIMESTAMPS, 1)
+            if address.listens:
+                opened.bind((host, port))
+            else:
+                opened.connect((host, port))
+                self._peer = self._heard = (str(host), int(port))
+                self._locked = True
         except OSError:
             opened.close()
             raise
         self._socket = opened
-        loop.add_reader(opened, self._readable)
+        loop.add_reader(opened, self._read)
 
-    def _readable(self) -> None:
-        """Take what is there, but let others have their turn."""
-        for _ in range(_READS_AT_ONCE):
+    def _read(self) -> None:
+        """Take in all that waits, so that it comes before the deadlines that are due by now."""
+        assert self._socket is not None
+        for _ in range(DATAGRAMS_AT_ONCE):
+            try:
+                data, ancillary, _, sender = self._socket.recvmsg(_LONGEST, _ANCILLARY)
+            except (BlockingIOError, InterruptedError):
+                return
+            except OSError:
+                continue  # nobody listens at the other end just now; a vehicle that starts later is still found
+            self._take(data, _age_us(ancillary), sender[:2])
             if self._socket is None:
                 return
-            try:
-                data, sender = self._socket.recvfrom(_DATAGRAM_MAX)
-            except BlockingIOError:
-                return
-            except OSError:  # nobody listens at the other end just now; a vehicle that starts later is still found
-                continue
-            if not self._locked:
-                self._take_unlocked(data, sender[:2])
-            elif self._connected or sender[:2] == self._peer:
-                self._receiver.take_bytes(data)
-            else:
-                self._receiver.note_stranger()
 
-    def _take_unlocked(self, data: bytes, sender: tuple[str, int]) -> None:
+    def _take(self, data: bytes, age_us: int, sender: Peer) -> None:
+        if not self._locked:
+            self._take_unlocked(data, age_us, sender)
+        elif not self._address.listens or sender == self._peer:
+            self._receiver.take_bytes(data, age_us)
+        else:
+            self._receiver.note_stranger()
+
+    def _take_unlocked(self, data: bytes, age_us: int, sender: Peer) -> None:
         if sender != self._heard:
             self._receiver.forget_rest()  # half a frame of somebody else
             self._heard = sender
         frames = self._receiver.cut(data)
         if any(map(is_known, frames)):
             self._peer = sender
-        self._receiver.take(frames)
+        self._receiver.take(frames, age_us)
         self._locked = self._peer == sender and self._receiver.is_locked()
 
     def send(self, frame: bytes) -> bool:
         """Send a datagram to the peer, if there is one."""
-        opened, peer = self._socket, self._peer
-        if opened is None or (peer is None and not self._connected):
+        if self._socket is None or self._peer is None:
             return False
         try:
-            opened.send(frame) if self._connected else opened.sendto(frame, cast(tuple[str, int], peer))
-        except OSError:  # no room, or what an earlier datagram met
-            return False
+            if self._address.listens:
+                self._socket.sendto(frame, self._peer)
+            else:
+                self._socket.send(frame)
+        except OSError:
+            return False  # refused by an end that does not listen yet, or the buffer is full: late is worse than never
         return True
 
     @property
@@ -157,6 +184,16 @@ class UdpTransport:
             asyncio.get_running_loop().remove_reader(self._socket)
             self._socket.close()
             self._socket = None
+
+
+def _age_us(ancillary: list[tuple[int, int, bytes]]) -> int:
+    """How long ago the kernel took in a datagram; 0 where it does not tell, or where the system's clock was set."""
+    for level, kind, data in ancillary:
+        if level == socket.SOL_SOCKET and kind == _TIMESTAMPS and len(data) >= _TIMESPEC.size:
+            seconds, nanoseconds = _TIMESPEC.unpack_from(data)
+            age_us = (time.time_ns() - seconds * 1_000_000_000 - nanoseconds) // 1000
+            return age_us if 0 <= age_us < _OLDEST_US else 0
+    return 0
 
 
 class _Stream(asyncio.Protocol):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from mavquad.control.params import LawParams
 from mavquad.endpoint import NEVER_US
+from mavquad.flight.echo import Echo
 from mavquad.flight.guard_set import GuardSet
 from mavquad.flight.guards import GuardParams, Tripped, check
 from mavquad.flight.law_flight import LawFlight
@@ -26,6 +27,7 @@ class Control:
         law: from measurements to controls.
         pose: what was measured.
         guards: those that watch more than the latest pose; fed from the first message on.
+        echo: what the autopilot shows of our setpoints while it is not yet sure that it follows them.
         on: whether the law answers measurements with setpoints.
         last_row: of the law's last step; None before the first.
         sent: setpoints of the law.
@@ -39,6 +41,7 @@ class Control:
         self.law = law
         self.pose = PoseIntake(guards)
         self.guards = GuardSet(guards)
+        self.echo = Echo()
         self.on = False
         self.last_row: TraceRow | None = None
         self.sent = 0
@@ -80,6 +83,7 @@ class Control:
     def start(self, attitude_hz: float, position_hz: float, now_us: int, round_trip_s: float | None) -> None:
         """The law answers measurements from now on, which go on coming at these rates, over a link of this round trip."""
         self.on = True
+        self.echo.restart()
         self.guards.begin(attitude_hz, position_hz, now_us, round_trip_s)
 
     def checked(self, ground_m: float) -> Tripped | None:
@@ -106,7 +110,10 @@ class Control:
         if tripped is not None:
             return tripped
         self.sent += 1
-        return setpoints.setpoint(now_us, self.law.depth, row.controls, *target)
+        setpoint = setpoints.setpoint(now_us, self.law.depth, row.controls, *target)
+        if not self.law.in_control:
+            self.echo.sent(setpoint)
+        return setpoint
 
     # ------------------------------------------------------------------ after the law
 

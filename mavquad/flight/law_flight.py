@@ -23,10 +23,6 @@ LEAST_THRUST_MARGIN = 1.05
 """A vehicle that hovers at nearly full thrust still gets this much to work with, as a share of its hover."""
 MOST_COMMANDS_IN_FLIGHT = 50
 """The law remembers so many."""
-SAMPLE_AGE_S = 0.005
-LINK_SLOWER_S = 0.02
-"""The least difference to the delay that "auto" stands for that is worth being counted on."""
-DELAY_MAX_S = 0.3
 TORQUE_ROOM = 0.9
 """Share of full thrust that the law may ask for: the rest turns the vehicle."""
 
@@ -71,27 +67,13 @@ class LawFlight:
     @property
     def measurements(self) -> Measurements:
         """What the observer is corrected by."""
-        return self._law.measured(self.depth)
+        return self._law.measured()
 
     def choose(self, law: LawParams, depth: Depth) -> None:
         """The law as it is for the vehicle that was met, and what it will command."""
         self._law, self.depth = law, depth
         measured = tuning(self._law, depth).horizontal.row(ACCELERATION) > 0
         self.steps_on_attitude = measured and self._streams.attitude_hz >= self._streams.position_hz
-
-    def allow_for(self, round_trip_s: float) -> float:
-        """Where `delay_s` is "auto" and the link is clearly slower, the law counts on what was measured.
-
-        A measurement's stamp is `SAMPLE_AGE_S` older than it leaves; then it and its answer go a round trip.
-
-        Returns:
-            The delay that it counts on from now on, 0 if that is what it was.
-        """
-        delay_s = min(round_trip_s + SAMPLE_AGE_S, MOST_COMMANDS_IN_FLIGHT / self._streams.position_hz, DELAY_MAX_S)
-        if self._law.delay_s is not None or delay_s < self._law.delay() + LINK_SLOWER_S:
-            return 0.0
-        self.choose(self._law.model_copy(update={"delay_s": delay_s}), self.depth)
-        return delay_s
 
     def take_attitude(self, attitude: Attitude) -> None:
         """An attitude corrects what it measures."""

@@ -69,7 +69,7 @@ def response(
     )
     axes = {"horizontal": x, "vertical": z, "yaw": yaw}
     sent: dict[str, list[tuple[int, float]]] = {name: [] for name in axes}
-    steps_law_by_position = law.measured(depth) == "position_yaw"
+    steps_law_by_position = law.measured() == "position_yaw"
     controller: Controller | None = None
     yaw_sent = start
     found: dict[str, list[float]] = {name: [] for name in axes}

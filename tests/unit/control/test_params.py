@@ -216,8 +216,12 @@ def test_which_states_are_measured(depth: Depth, measurements: str, measured: li
 
 def test_what_auto_means_for_the_words() -> None:
     params = LawParams()
-    assert [params.measured(depth) for depth in DEPTHS] == ["full", "position_attitude", "full"]
-    assert [params.of("arducopter").measured(depth) for depth in DEPTHS] == ["full"] * 3
+    assert params.measured() == "full"
+    assert [params.mistrusting(depth).velocity_slopes for depth in DEPTHS] == [None, 2, None]
+    assert params.mistrusting("rate").kappa_rad_s == 12.0
+    assert LawParams(kappa_rad_s=20.0).mistrusting("rate").kappa_rad_s == 20.0
+    for told in ({"measurements": "position_yaw"}, {"velocity_slopes": 0}):
+        assert LawParams(**told).mistrusting("rate") == LawParams(**told)
     assert params.depths == DEPTHS
     assert LawParams(depth="rate").depths == ("rate",)
     assert [params.constant_gain(depth) for depth in DEPTHS] == [False] * 3

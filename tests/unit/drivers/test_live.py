@@ -2,9 +2,12 @@
 
 import asyncio
 import socket
+import sys
+import time
 
 import pytest
 
+from mavquad.drivers import transports
 from mavquad.drivers.live import Clock, LiveDriver, open_live
 from mavquad.endpoint import NEVER_US
 from mavquad.errors import EndpointError
@@ -12,6 +15,7 @@ from mavquad.protocol.codec import Encoder, mavlink
 from mavquad.url import Address
 
 PING = Encoder(7, 1).encode(mavlink.MAVLink_heartbeat_message(2, 12, 0, 0, 3, 3))
+STALL_NS = 300_000_000
 VEHICLE = Encoder(1, 1).encode(mavlink.MAVLink_heartbeat_message(2, 12, 0, 0, 3, 3))
 
 
@@ -173,3 +177,28 @@ def test_a_port_that_cannot_be_opened(address: Address, words: str) -> None:
 
     with pytest.raises(EndpointError, match=words):
         asyncio.run(scene())
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the kernel's stamps of datagrams are Linux's")
+def test_what_waited_while_we_stalled_counts_as_of_its_own_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A stall of 0.3 s, by the clock, between the datagrams' arrival and the reading of them."""
+
+    async def scene() -> None:
+        echo = Echo()
+        driver, peer = await listening(echo)
+        clock = driver._clock
+        with peer:
+            peer.send(PING)
+            sent_us = clock.now_us()
+            monkeypatch.setattr(clock, "_offset_ns", clock._offset_ns + STALL_NS)
+            monkeypatch.setattr(transports.time, "time_ns", lambda now=time.time_ns: now() + STALL_NS)
+            # Due in the middle of the stall: it fires behind what had arrived before it.
+            echo.deadline_us = driver.runner.deadline_us = sent_us // 4 * 4 + 200_000
+            await answer(peer)
+            await answer(peer)
+        [(first_us, _)] = echo.received
+        assert abs(first_us - sent_us) < 150_000
+        assert first_us < echo.fired[0] == sent_us // 4 * 4 + 200_000
+        driver.close()
+
+    asyncio.run(scene())
