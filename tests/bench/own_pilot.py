@@ -217,6 +217,8 @@ class OwnPilot:
         yield from self._until("the landing", lambda: not self._in("own"), self._land)
         self._flown = None
         yield from self._until("disarmed", lambda: not self._is_armed())
+        if self._is_px4:  # it goes back to OFFBOARD, in which it cannot be armed
+            yield from self._until("AUTO.LOITER", lambda: self._in("hold"), lambda: self._select("hold"))
 
     def _is_rising(self, ground_m: float) -> bool:
         """Whether the takeoff is under way. PX4 would begin it anew each time that it is asked for."""
