@@ -503,11 +503,17 @@ class Captain:
         self._request(commands.set_mode(way_back(self._firmware, self._reaction)))
 
     def _enter_landing(self) -> None:
-        self._control.stop()
         returns = self._reaction == RETURN
         self._request(commands.set_mode(self._firmware.home) if returns else commands.land(self._firmware))
+        if self._control.sent and self._vehicle.mode == self._firmware.offboard:
+            # The hand-back did not work, and the firmware holds the last command.
+            self._control.make_safe(self._now_us)
+            self._stay_safe()
+        else:
+            self._control.stop()
 
     def _enter_disarming(self) -> None:
+        self._control.stop()
         self._request(commands.disarm())
 
     def _enter_restoring(self) -> None:
@@ -541,12 +547,18 @@ class Captain:
         if self.phase is Phase.CONNECTING:
             self._on_found(message)
             return
+        was_armed = self._vehicle.armed
         changed = self._vehicle.take_heartbeat(message)
         if changed is not None and self._is_taken_over(changed):
             self._fire(Event.TAKEN_OVER, reasons.taken_over(changed, self.phase, self._said()))
             return
         if changed is not None:
             self._note("mode", changed.name)
+            if self._vehicle.mode != self._firmware.offboard and self.phase is Phase.LANDING:
+                self._control.stop()
+        if self.phase is Phase.RESTORING and self._vehicle.armed and not was_armed:
+            self._fire(Event.TAKEN_OVER, reasons.armed_again(self._vehicle.mode_name))
+            return
         self._keep_streams()
         self._on_armed(changed) if self._vehicle.armed else self._on_disarmed()
 

@@ -125,7 +125,7 @@ class Control:
     def make_safe(self, now_us: int) -> None:
         """The law is off; safe setpoints are due from now on, since the firmwares hold the last command."""
         self.on = False
-        self._safe_us = now_us
+        self._safe_us = min(self._safe_us, now_us + SAFE_US) if self._safe_us != NEVER_US else now_us
 
     def safe_due(self, target: Target, now_us: int) -> Message | None:
         """The safe setpoint, when it is due."""

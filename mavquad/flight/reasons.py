@@ -75,6 +75,13 @@ def armed_already(mode_name: str) -> VehicleRefused:
     return VehicleRefused("a flight from the ground", f"the vehicle is armed already, mode {mode_name}", hint=hint)
 
 
+def armed_again(mode_name: str) -> FlightEnded:
+    """Somebody armed it while its parameters were being put back."""
+    return FlightEnded(
+        f"the pilot took over: armed again, mode {mode_name}, before its parameters were put back", _RESTORE
+    )
+
+
 def taken_over(mode: Mode, phase: Phase, said: str) -> FlightEnded:
     """HEARTBEAT shows a mode that we did not ask for."""
     return FlightEnded(

@@ -96,12 +96,12 @@ def ended(flight: LockstepFlight) -> str:
     truth = mock.truth()
     if truth.crashed:
         return "crashed"
-    if truth.landed or flight.lockstep.far.endpoint.next_deadline_us() == NEVER_US:
-        return "landed" if not truth.armed else "on the ground, armed"
-    if is_still(flight) and truth.mode in HOLDS:
-        return "holds"
-    if truth.mode in HANDS_OFF:
+    if truth.mode in HANDS_OFF and truth.armed:
         return "pilot"
+    if truth.landed or mock.next_deadline_us() == NEVER_US:
+        return "landed" if not truth.armed else "on the ground, armed"
+    if is_still(flight):
+        return "holds"
     return f"in the air in {truth.mode}"
 
 
@@ -110,7 +110,9 @@ def is_still(flight: LockstepFlight) -> bool:
     truth = flight.mock.truth()
     roll, pitch, _ = truth.euler_rad
     slow = math.hypot(*truth.velocity_ned_m_s) < 1.0 and max(abs(roll), abs(pitch)) < 0.7
-    return slow and truth.armed and truth.mode in (*HOLDS, *HANDS_OFF)
+    # ArduCopter hovers in GUIDED after its takeoff as long as no setpoint comes.
+    by_itself = truth.mode == "GUIDED" and not flight.agent.status().setpoints_sent
+    return slow and truth.armed and (by_itself or truth.mode in (*HOLDS, *HANDS_OFF))
 
 
 def sent_after_take_over(flight: LockstepFlight) -> int | None:

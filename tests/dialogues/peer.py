@@ -152,7 +152,7 @@ class ScriptedVehicle:
         elif kind == "COMMAND_LONG":
             self.command = message
             name = command_name(message)
-            self.answers.get(name, getattr(ScriptedVehicle, f"do_{name}"))(self)
+            self.answers.get(name, getattr(type(self), f"do_{name}"))(self)
 
     def do_arm(self) -> None:
         self.armed = True
@@ -248,7 +248,7 @@ def command_name(message: Any) -> str:
     """The name of a COMMAND_LONG in these tests."""
     if message.command == mavlink.MAV_CMD_DO_SET_MODE:
         mode = px4.mode(int(message.param2), int(message.param3))
-        return {px4.OFFBOARD: "offboard", px4.LOITER: "loiter"}[mode]
+        return {px4.OFFBOARD: "offboard", px4.LOITER: "loiter"}.get(mode, mode.name)
     if message.command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM:
         return "arm" if message.param1 else "disarm"
     return {

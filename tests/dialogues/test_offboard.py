@@ -117,14 +117,16 @@ def test_a_hand_back_that_is_refused_lands_all_the_same():
 def test_a_hand_back_is_believed_when_heartbeat_shows_it():
     dialogue = Dialogue(ScriptedVehicle(answers={"loiter": answer(ACCEPTED)})).run()
     assert "mode AUTO.LOITER (waited 5.0 s)" in dialogue.agent.error.message
-    assert dialogue.names()[-3:] == ["loiter", SETPOINT, "land"]
+    assert dialogue.names()[-4:] == ["loiter", SETPOINT, "land", SETPOINT]
     assert len([sent for sent in dialogue.of(SETPOINT) if sent.phase is Phase.HANDING_BACK]) > 400
+    safe = [sent for sent in dialogue.of(SETPOINT) if sent.phase is Phase.LANDING]
+    assert 10 <= len(safe) == dialogue.agent.status().safe_setpoints
 
 
 def test_a_hand_back_that_is_not_answered_lands_all_the_same():
     dialogue = Dialogue(ScriptedVehicle(answers={"loiter": silent})).run()
     assert len(dialogue.of("loiter")) > 10
-    assert dialogue.names()[-1] == "land"
+    assert dialogue.names()[-2:] == ["land", SETPOINT]
     assert dialogue.agent.error.exit_code == 3
 
 
