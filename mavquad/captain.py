@@ -450,7 +450,7 @@ class Captain:
         """Why the vehicle cannot be armed yet; empty when it can."""
         vehicle, pose = self._vehicle, self._control.pose
         if not self._arms_here():
-            return f"it is in mode {vehicle.mode_name} and not yet in {self._firmware.offboard.name}"
+            return f"it is in mode {vehicle.mode_name} and not yet in {(self._firmware.arms_in or self._firmware.hold).name}"
         if not vehicle.prearm_ok:
             return f"the autopilot's own pre-arm checks have not passed (mode {vehicle.mode_name})"
         if not vehicle.on_ground:
@@ -464,13 +464,14 @@ class Captain:
         return fault or "; ".join(shortfalls(self._params.streams, vehicle.streams, self._now_us))
 
     def _arms_here(self) -> bool:
-        return self._firmware.arms_in in (None, self._vehicle.mode)
+        """PX4 1.16 goes back to OFFBOARD when it has landed and disarmed, and its checks fail there without setpoints."""
+        firmware, mode = self._firmware, self._vehicle.mode
+        return mode != firmware.offboard if firmware.arms_in is None else mode == firmware.arms_in
 
     def _on_waiting(self) -> None:
         """HEARTBEAT while it is not ready: ask for the mode to arm in, and tell what it waits for."""
         if not self._arms_here() and not self._exchange.pending:
-            assert self._firmware.arms_in is not None
-            self._request(commands.set_mode(self._firmware.arms_in))
+            self._request(commands.set_mode(self._firmware.arms_in or self._firmware.hold))
         waits_for = self._not_ready()
         if waits_for and waits_for.split(" at ")[0] != self._waits_for:
             self._waits_for = waits_for.split(" at ")[0]

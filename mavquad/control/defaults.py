@@ -20,10 +20,20 @@ YAW_LENGTHS: dict[Depth, int] = {"torque": 2, "rate": 1, "attitude": 1}
 """The yaw's own chain, before any padding; at depth attitude its rate is integrated to the angle on the wire."""
 
 
-MISTRUST_SLOPES = 2
-MISTRUST_KAPPA_RAD_S = 12.0
-"""Where the estimated velocity is not the slope of the position: its offset is taken for a polynomial of this degree, and the
-position counts more. Found with recorded errors of PX4 1.16's estimator in SIH, depth rate: hover 3.0 cm instead of 10.6."""
+MISTRUSTING: dict[Depth, dict[str, float | str]] = {
+    "torque": {
+        "velocity": "ignored",
+        "omega0_rad_s": 3.0,
+        "kappa_rad_s": 15.0,
+        "attitude_kappa_rad_s": 20.0,
+        "rates_kappa_rad_s": 10.0,
+    },
+    "rate": {"velocity_slopes": 2, "kappa_rad_s": 12.0},
+    "attitude": {},
+}
+"""What "auto" stands for where the estimated velocity is not the slope of the position: at depth rate its offset is taken for
+a polynomial, at depth torque it is left out, and the position counts more. Found with recorded errors of PX4's estimators in
+SIH: hover 3.0 cm instead of 10.6 at depth rate (1.16), 4.7 instead of 12.7 at torque (1.13)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,8 +9,7 @@ from pydantic import BeforeValidator, Field, PlainSerializer, model_validator
 from mavquad.control.defaults import (
     CHAIN_LENGTHS,
     DEPTHS,
-    MISTRUST_KAPPA_RAD_S,
-    MISTRUST_SLOPES,
+    MISTRUSTING,
     Autopilot,
     Defaults,
     Measurements,
@@ -107,6 +106,9 @@ class LawParams(Section):
     """Observer gain on yaw, rad/s. Above yaw_omega0."""
     observer_spread: Spread = None
     """The eigenvalues of the paper's A are -spread^k, k symmetrical about 0: 1 puts all in one place."""
+    velocity: Literal["auto", "measured", "ignored"] = "auto"
+    """Whether the set full has the estimated velocity in it. "auto": it has; but not at depth torque where that velocity, as
+    seen before the law takes over, is not the position's slope (PX4's SIH)."""
     velocity_slopes: Annotated[Annotated[int, Field(ge=0, le=2)] | None, *_AUTO] = None
     """How many derivatives of the offset of the estimated velocity are estimated beside it. "auto": 0; but 2 at depth rate,
     with a kappa of 12, where that velocity, as seen before the law takes over, is not the position's slope (PX4's SIH)."""
@@ -170,10 +172,11 @@ class LawParams(Section):
 
     def mistrusting(self, depth: Depth) -> LawParams:
         """For a vehicle whose estimated velocity misleads; the same where the configuration leaves nothing open."""
-        if depth != "rate" or self.measured() != "full" or self.velocity_slopes is not None:
+        told = self.velocity != "auto" or self.velocity_slopes is not None
+        if told or self.measured() != "full":
             return self
-        kappa_rad_s = MISTRUST_KAPPA_RAD_S if self.kappa_rad_s is None else self.kappa_rad_s
-        return self.model_copy(update={"velocity_slopes": MISTRUST_SLOPES, "kappa_rad_s": kappa_rad_s})
+        open_ones = {key: value for key, value in MISTRUSTING[depth].items() if getattr(self, key) in (None, "auto")}
+        return self.model_copy(update=open_ones)
 
     def _autopilot(self) -> Autopilot:
         return "px4" if self.autopilot == "auto" else self.autopilot

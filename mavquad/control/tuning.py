@@ -110,7 +110,7 @@ def _place(params: LawParams, own: Defaults, depth: Depth, lag_s: float, dead_s:
     omega0 = _given(params.omega0_rad_s, own.omega0_rad_s)
     kappas = {0: _given(params.kappa_rad_s, own.kappa_per_omega0 * omega0)}
     measured = params.measured()
-    if measured == "full":
+    if measured == "full" and params.velocity != "ignored":
         kappas[VELOCITY] = _given(params.velocity_kappa_rad_s, own.velocity_kappa_rad_s)
     if measured != "position_yaw":
         kappas[ACCELERATION] = _given(params.attitude_kappa_rad_s, own.attitude_kappa_rad_s)

@@ -254,9 +254,7 @@ SURVIVABLE = (
     _scenario("clock_jump", _clock_jump),
     _scenario("second_vehicle", _second_vehicle),
     _scenario("mode_change", _pilot),
-    _scenario(
-        "mode_change, bad link", _pilot_on_a_bad_link, mock__link__loss=0.2, mock__link__jitter_ms=50.0
-    ),
+    _scenario("mode_change, bad link", _pilot_on_a_bad_link, mock__link__loss=0.2, mock__link__jitter_ms=50.0),
     _scenario("geofence_breach", _geofence),
     _scenario("estimator_reset", _estimator_reset),
     _scenario("low_battery", _battery),

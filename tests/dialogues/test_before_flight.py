@@ -268,3 +268,8 @@ def test_the_wanted_system_alone_is_taken():
     dialogue = Dialogue(params=params).run()
     assert isinstance(dialogue.agent.error, VehicleTimeout)
     assert dialogue.agent.link.vehicle is None
+
+
+def test_a_px4_that_is_found_in_offboard_is_brought_out_of_it_before_it_is_armed():
+    dialogue = Dialogue(ScriptedVehicle(mode=px4.OFFBOARD)).run(Phase.TAKING_OFF)
+    assert dialogue.names()[:2] == ["loiter", "arm"]

@@ -25,7 +25,9 @@ def test_tool_finds_nothing(name: str) -> None:
     assert result.returncode == 0, result.stdout + result.stderr
 
 
-CORE = [path for folder in ("control", "flight", "protocol", "tlog") for path in (ROOT / "mavquad" / folder).rglob("*.py")]
+CORE = [
+    path for folder in ("control", "flight", "protocol", "tlog") for path in (ROOT / "mavquad" / folder).rglob("*.py")
+]
 MODULES = ("agent", "agent_params", "captain", "endpoint", "flight_record", "frames", "schema", "types", "url")
 CORE += [ROOT / "mavquad" / f"{name}.py" for name in MODULES if (ROOT / "mavquad" / f"{name}.py").exists()]
 LIVE = ("__main__.py", "clock.py", "command.py", "live.py", "server.py", "sockets.py", "transports.py")

@@ -220,7 +220,8 @@ def test_what_auto_means_for_the_words() -> None:
     assert [params.mistrusting(depth).velocity_slopes for depth in DEPTHS] == [None, 2, None]
     assert params.mistrusting("rate").kappa_rad_s == 12.0
     assert LawParams(kappa_rad_s=20.0).mistrusting("rate").kappa_rad_s == 20.0
-    for told in ({"measurements": "position_yaw"}, {"velocity_slopes": 0}):
+    assert [params.mistrusting(depth).velocity for depth in DEPTHS] == ["ignored", "auto", "auto"]
+    for told in ({"measurements": "position_yaw"}, {"velocity_slopes": 0}, {"velocity": "measured"}):
         assert LawParams(**told).mistrusting("rate") == LawParams(**told)
     assert params.depths == DEPTHS
     assert LawParams(depth="rate").depths == ("rate",)
