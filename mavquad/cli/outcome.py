@@ -14,7 +14,7 @@ from mavquad.errors import EXIT_INTERNAL, EXIT_INTERRUPTED, InputError, Internal
 
 EXIT_CODES = """\
 Exit codes:
-0    the mission is complete, or the replay is equal
+0    the mission is complete, the replay is equal, the vehicle is ready, its parameters are restored
 2    bad input: a file, an option, the configuration
 3    the vehicle refused, or did not answer
 4    a guard or the pilot ended the flight, the vehicle was lost, or left before the landing

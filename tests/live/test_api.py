@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -35,6 +36,20 @@ def test_orders_are_flown_and_recorded(tmp_path: Path) -> None:
     parameters = json.loads((tmp_path / "run" / "parameters.json").read_text())
     assert parameters["restored"]
     assert "MIS_TAKEOFF_ALT" in [record["name"] for record in parameters["parameters"]]
+
+
+def test_the_ten_lines_of_the_readme_fly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    [code] = [block for block in re.findall(r"```python\n(.*?)```", readme, re.DOTALL) if "mavquad.connect" in block]
+    address = '"udpin:127.0.0.1:14540"'
+    assert address in code
+    monkeypatch.chdir(tmp_path)
+    exec(compile(code.replace(address, '"mock", **CALM'), "README.md", "exec"), {"CALM": CALM, "__name__": "readme"})
+    [events] = Path("runs").glob("*/events.jsonl")
+    orders = [json.loads(line)["name"] for line in events.read_text(encoding="utf-8").splitlines()]
+    assert [name for name in orders if name != "late"] == [
+        "start", "takeoff", "kept", "fly", "goto", "land", "end",
+    ]  # fmt: skip
 
 
 def test_a_program_that_fails_in_flight_leaves_a_landed_vehicle(tmp_path: Path) -> None:
