@@ -41,6 +41,9 @@ from mavquad.types import Position
 
 DISARM_PATIENCE_US = 5_000_000
 REASON_US = 250_000
+SLOW_LINK_S = 0.02
+SLOW_LINK_VELOCITY_KAPPA_RAD_S = 10.0
+"""With more delay than that beyond the usual, a higher gain on the velocity shakes the vehicle."""
 
 _ON_GROUND = frozenset((Phase.CONNECTING, Phase.IDENTIFYING, Phase.PREPARING, Phase.WAITING))
 _DISARMED = frozenset((Phase.IDENTIFYING, Phase.PREPARING, Phase.WAITING))
@@ -412,15 +415,18 @@ class Captain:
         self._control.choose(law, depth)
         self._note("law", f"depth {depth}, measurements {law.measured()}")
 
-    def _on_ready(self) -> None:
-        """The link's delay is known by now."""
+    def _count_on_the_delay(self) -> None:
+        """The link's delay is known by now, as it was in the last seconds of the takeoff."""
         law = self._control.law
         most_s = MOST_COMMANDS_IN_FLIGHT / self._params.streams.position_hz
         delay_s = self._delay.delay_s(self._vehicle.round_trip_s, most_s)
         if law.params.delay_s is None and delay_s is not None:
-            self._control.choose(law.params.model_copy(update={"delay_s": delay_s}), law.depth)
+            update = {"delay_s": delay_s}
+            if law.params.velocity_kappa_rad_s is None and delay_s > law.params.delay() + SLOW_LINK_S:
+                usual = law.params.own(law.depth).velocity_kappa_rad_s
+                update["velocity_kappa_rad_s"] = min(usual, SLOW_LINK_VELOCITY_KAPPA_RAD_S)
+            self._control.choose(law.params.model_copy(update=update), law.depth)
             self._note("law", f"the link's delay is {delay_s * 1e3:.0f} ms")
-        self._fire(Event.READY)
 
     def _enter_preparing(self) -> None:
         found, vehicle = self._identification.parameters, self._vehicle
@@ -694,7 +700,7 @@ class Captain:
         if isinstance(attitude, Tripped):
             self._trip(attitude)
         elif attitude is not None:
-            if self.phase is Phase.WAITING:
+            if self.phase is Phase.TAKING_OFF:
                 self._delay.take(self._sync.age_us(attitude.stamp_us, self._now_us))
             self._trip(self._control.guards.on_attitude(attitude, self._now_us))
             # Where positions step the law and are late, it flies on its prediction.
@@ -712,7 +718,7 @@ class Captain:
         self._trip(self._control.guards.on_position(position, self._now_us))
         law = self._control.law
         if self.phase is Phase.WAITING and not self._not_ready():
-            self._on_ready()
+            self._fire(Event.READY)
         elif self.phase is Phase.TAKING_OFF:
             self._velocity_check.take(position)
             holds = self._vehicle.mode == self._firmware.hover and self._control.pose.stale(self._now_us) is None
@@ -727,6 +733,7 @@ class Captain:
         """How far the mission leads up and down counts from here."""
         fault = height_fault(self._params.mission, self._params.guards, self._height_m())
         if fault is None:
+            self._count_on_the_delay()
             self._believe_velocity_or_not()
             self._fire(Event.AIRBORNE)
         else:
