@@ -19,7 +19,7 @@ from mavquad.flight.airframe import HoverThrust, within_hover
 from mavquad.flight.control import Control
 from mavquad.flight.delay import DelayMeter
 from mavquad.flight.guard_set import GuardSet
-from mavquad.flight.guards import HOLD, LAND, PILOT, RETURN, Reaction, Tripped
+from mavquad.flight.guards import HOLD, LAND, PILOT, RETURN, Reaction, Tripped, tilt_rad
 from mavquad.flight.law_flight import MOST_COMMANDS_IN_FLIGHT, LawFlight
 from mavquad.flight.machine import IN_FLIGHT, Event, Phase, next_phase
 from mavquad.flight.mission_check import height_fault
@@ -41,6 +41,7 @@ from mavquad.types import Position
 
 DISARM_PATIENCE_US = 5_000_000
 REASON_US = 250_000
+LIES_RAD = 1.0
 SLOW_LINK_S = 0.02
 SLOW_LINK_VELOCITY_KAPPA_RAD_S = 10.0
 """With more delay than that beyond the usual, a higher gain on the velocity shakes the vehicle."""
@@ -620,8 +621,14 @@ class Captain:
             self._on_waiting()
         if self.phase is Phase.DISARMING and self._exchange.pending:
             return  # this heartbeat may be from before an arming that we did not hear of
-        expected = self.phase not in IN_FLIGHT or self.phase is Phase.LANDING
+        expected = self.phase not in IN_FLIGHT or (self.phase is Phase.LANDING and self._is_down_well())
         self._fire(Event.DISARMED, None if expected else reasons.disarmed(self.phase, self._said()))
+
+    def _is_down_well(self) -> bool:
+        """A vehicle that has landed tells of it, upright; one that rebooted in the air, or fell, shows disarmed as well."""
+        pose = self._control.pose
+        upright = pose.attitude is None or tilt_rad(pose.attitude) < LIES_RAD
+        return upright and pose.stale(self._now_us) is None
 
     def _on_ack(self, message: Message) -> None:
         if message.target_system not in (0, self._params.link.system_id):

@@ -189,5 +189,18 @@ def test_a_heartbeat_that_is_a_second_late_hands_back_no_later() -> None:
     assert not gaps or max(gaps) <= 20_100
 
 
+@pytest.mark.parametrize(("silent_s", "roll_rad", "well"), [(0.0, 0.0, True), (2.0, 0.0, False), (0.0, 1.5, False)])
+def test_disarmed_while_landing_is_a_landing_only_upright_and_told_of(silent_s, roll_rad, well) -> None:
+    """One that reboots in the air, or falls on its side, shows disarmed as well."""
+    dialogue = copter().run(Phase.LANDING).run_for(1.2)
+    dialogue.vehicle.height_m, dialogue.vehicle.roll_rad = 0.0, roll_rad
+    dialogue.vehicle.muted = {"ATTITUDE", "LOCAL_POSITION_NED"} if silent_s else set()
+    dialogue.run_for(0.1 + silent_s)
+    assert not dialogue.vehicle.armed or silent_s == 0.0
+    dialogue.vehicle.armed = False
+    dialogue.run()
+    assert (dialogue.agent.error is None) is well
+
+
 def safe_after(dialogue: Dialogue, stamp_us: int) -> list[int]:
     return [stamp for stamp in stamps_of(dialogue, SETPOINT) if stamp >= stamp_us]
