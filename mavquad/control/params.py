@@ -107,11 +107,11 @@ class LawParams(Section):
     observer_spread: Spread = None
     """The eigenvalues of the paper's A are -spread^k, k symmetrical about 0: 1 puts all in one place."""
     velocity: Literal["auto", "measured", "ignored"] = "auto"
-    """Whether the set full has the estimated velocity in it. "auto": it has; but not at depth torque where that velocity, as
-    seen before the law takes over, is not the position's slope (PX4's SIH)."""
+    """Whether the set full has the estimated velocity in it. "auto": it has; but not at depths torque and rate where that
+    velocity, as seen before the law takes over, is not the position's slope (PX4's SIH)."""
     velocity_slopes: Annotated[Annotated[int, Field(ge=0, le=2)] | None, *_AUTO] = None
-    """How many derivatives of the offset of the estimated velocity are estimated beside it. "auto": 0; but 2 at depth rate,
-    with a kappa of 12, where that velocity, as seen before the law takes over, is not the position's slope (PX4's SIH)."""
+    """How many derivatives of the offset of the estimated velocity are estimated beside it. "auto": 0; 2, with a kappa of 12,
+    makes use of a velocity that is not the position's slope, and pays in gusts."""
     wind_slopes: int = Field(default=1, ge=0, le=2)
     """How many derivatives of the wind's acceleration are estimated beside it, where roll and pitch tell it from the
     thrust's: 0 takes it for constant, and what varies (gusts, drag that is not known) costs accuracy; 2 takes more noise."""

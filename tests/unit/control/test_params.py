@@ -217,10 +217,9 @@ def test_which_states_are_measured(depth: Depth, measurements: str, measured: li
 def test_what_auto_means_for_the_words() -> None:
     params = LawParams()
     assert params.measured() == "full"
-    assert [params.mistrusting(depth).velocity_slopes for depth in DEPTHS] == [None, 2, None]
-    assert params.mistrusting("rate").kappa_rad_s == 12.0
+    assert params.mistrusting("rate").kappa_rad_s == 15.0
     assert LawParams(kappa_rad_s=20.0).mistrusting("rate").kappa_rad_s == 20.0
-    assert [params.mistrusting(depth).velocity for depth in DEPTHS] == ["ignored", "auto", "auto"]
+    assert [params.mistrusting(depth).velocity for depth in DEPTHS] == ["ignored", "ignored", "auto"]
     for told in ({"measurements": "position_yaw"}, {"velocity_slopes": 0}, {"velocity": "measured"}):
         assert LawParams(**told).mistrusting("rate") == LawParams(**told)
     assert params.depths == DEPTHS
