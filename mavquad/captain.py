@@ -90,7 +90,7 @@ class Captain:
         self._velocity_check = VelocityCheck()
         self._takeoff = TakeoffWatch(self._hover, params.flight.settle_s, params.guards.floor_m)
         law = LawFlight(params.law, params.airframe, params.mission, params.streams, self._hover)
-        self._control = Control(params.guards, law)
+        self._control = Control(params.guards, law, sync)
         self.phase = Phase.CONNECTING
         self._phase_name = self.phase.value
         self.error: MavquadError | None = None

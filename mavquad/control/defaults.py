@@ -31,9 +31,9 @@ MISTRUSTING: dict[Depth, dict[str, float | str]] = {
     "rate": {"velocity": "ignored", "kappa_rad_s": 15.0, "attitude_kappa_rad_s": 12.0},
     "attitude": {},
 }
-"""What "auto" stands for where the estimated velocity is not the slope of the position: it is left out, and the position counts
-more. Flown on PX4 in SIH: hover 2.9 cm instead of 9.1 at depth rate (1.16.2), 2.4 instead of 8.1 at torque (1.13.3). Its offset
-taken for a polynomial (`velocity_slopes`) has 3.8 cm there, and half the error in gusts."""
+"""What "auto" stands for where the estimated velocity is not the slope of the position: it is left out, and the position
+counts more. Flown on PX4 in SIH: hover 2.9 cm instead of 9.1 at depth rate (1.16.2), 2.4 instead of 8.1 at torque (1.13.3).
+Its offset taken for a polynomial (`velocity_slopes`) has 3.8 cm there, and half the error in gusts."""
 
 
 @dataclass(frozen=True, slots=True)

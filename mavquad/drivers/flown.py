@@ -22,7 +22,7 @@ class Witness:
 
     def __init__(self, agent: Agent, params: AgentParams) -> None:
         self._agent = agent
-        self._pose = PoseIntake(params.guards)
+        self._pose = PoseIntake(params.guards, agent.sync.age_us)
         self._refused = 0
         self.flown = Flown(params.airframe)
 

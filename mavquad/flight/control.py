@@ -12,6 +12,7 @@ from mavquad.flight.pose import PoseIntake
 from mavquad.flight_record import TraceRow
 from mavquad.protocol.codec import Message
 from mavquad.protocol.firmware import setpoints
+from mavquad.protocol.timesync import TimeSync
 from mavquad.types import Attitude, Depth, Position
 
 SAFE_US = 20_000
@@ -34,12 +35,12 @@ class Control:
         safe_sent: setpoints that ask for hover thrust and no rotation.
     """
 
-    def __init__(self, guards: GuardParams, law: LawFlight) -> None:
+    def __init__(self, guards: GuardParams, law: LawFlight, sync: TimeSync) -> None:
         self._guards = guards
         self._trace: list[TraceRow] = []
         self._safe_us = NEVER_US
         self.law = law
-        self.pose = PoseIntake(guards)
+        self.pose = PoseIntake(guards, sync.age_us)
         self.guards = GuardSet(guards)
         self.echo = Echo()
         self.on = False

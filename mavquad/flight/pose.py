@@ -2,10 +2,13 @@
 
 The age of a sample is known but for the link's least delay: arrival minus stamp is the clocks' offset plus the delay, and
 its running minimum stands for the offset plus the least delay. The minimum is let rise slowly, since clocks drift (real
-PX4 in lockstep: 13 ms/s). So what waited in a buffer while this computer stalled is not taken for fresh.
+PX4 in lockstep: 13 ms/s). Where TIMESYNC says that a sample is younger than that, it is believed. So what waited in a buffer
+while this computer stalled is not taken for fresh, and what a simulator sends after it has stalled is not taken for old.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 from mavquad.endpoint import NEVER_US, floor_to_grid_us, grid_us
 from mavquad.flight.guards import GuardParams, Tripped, not_a_number, stale
@@ -28,7 +31,7 @@ class _Stream:
         self._offset_us = NEVER_US
         self.sampled_us = _LONG_AGO_US
 
-    def accept(self, stamp_us: int, now_us: int, may_restart: bool) -> bool:
+    def accept(self, stamp_us: int, now_us: int, may_restart: bool, age_us: int | None) -> bool:
         """Whether a sample is newer than the last and not yet too old."""
         if may_restart and stamp_us < self._stamp_us - _REBOOT_US:
             self._stamp_us, self._offset_us = _LONG_AGO_US, NEVER_US
@@ -40,6 +43,9 @@ class _Stream:
         self._offset_us = min(now_us - stamp_us, drifted_us)
         self._stamp_us, self._arrival_us = stamp_us, now_us
         sampled_us = floor_to_grid_us(stamp_us + self._offset_us)
+        if age_us is not None:
+            # A simulator that stalls stands still with its clock: by the minimum all that comes after would be old.
+            sampled_us = max(sampled_us, floor_to_grid_us(now_us - age_us))
         if now_us - sampled_us >= self.limit_us:
             return False
         self.sampled_us = sampled_us
@@ -56,8 +62,12 @@ class PoseIntake:
         may_restart: whether stamps that step back by more than a second mean a reboot; False in flight.
     """
 
-    def __init__(self, params: GuardParams) -> None:
+    def __init__(
+        self, params: GuardParams, age_us: Callable[[int, int], int | None] = lambda stamp_us, now_us: None
+    ) -> None:
+        """`age_us`: of a sample by its stamp and the time now, as TIMESYNC has it; None while that is not known."""
         self._params = params
+        self._age_us = age_us
         self._attitudes = _Stream(grid_us(params.stale_attitude_s))
         self._positions = _Stream(grid_us(params.stale_position_s))
         self.attitude: Attitude | None = None
@@ -75,7 +85,9 @@ class PoseIntake:
         attitude = attitude_from(message)
         if attitude is None:
             return not_a_number("ATTITUDE", self._params.nan.reaction)
-        if not self._attitudes.accept(attitude.stamp_us, now_us, self.may_restart):
+        if not self._attitudes.accept(
+            attitude.stamp_us, now_us, self.may_restart, self._age_us(attitude.stamp_us, now_us)
+        ):
             self.old += 1
             return None
         self.attitude = attitude
@@ -86,7 +98,9 @@ class PoseIntake:
         position = position_from(message)
         if position is None:
             return not_a_number("LOCAL_POSITION_NED", self._params.nan.reaction)
-        if not self._positions.accept(position.stamp_us, now_us, self.may_restart):
+        if not self._positions.accept(
+            position.stamp_us, now_us, self.may_restart, self._age_us(position.stamp_us, now_us)
+        ):
             self.old += 1
             return None
         self.position = position

@@ -128,3 +128,21 @@ def test_a_reboot_starts_over_on_the_ground_only():
     assert take(pose, "position", position(10), now_us=50_010_000) is None
     pose.may_restart = True
     assert take(pose, "position", position(20), now_us=50_020_000) is not None
+
+
+def test_a_simulator_that_stalls_with_its_clock_is_not_old():
+    """Five stalls of 80 ms: each shifts arrival minus stamp for good; TIMESYNC sees them, the running minimum does not."""
+
+    def fresh(age_us):
+        pose = PoseIntake(GuardParams(), age_us)
+        stalled_us, accepted = 0, []
+        for number in range(200):
+            stamp_us = 1_000_000 + number * 10_000
+            stalled_us += 80_000 if number in (20, 40, 60, 80, 100) else 0
+            message = mavlink.MAVLink_attitude_message(stamp_us // 1000, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+            accepted.append(pose.take_attitude(message, stamp_us + 500_000 + stalled_us) is not None)
+        return all(accepted)
+
+    assert not fresh(lambda stamp_us, now_us: None)
+    assert fresh(lambda stamp_us, now_us: 4_000)
+    assert not fresh(lambda stamp_us, now_us: 300_000)
