@@ -268,7 +268,7 @@ SURVIVABLE = (
 
 def _in_control(random: Random) -> float:
     """A moment at which the law flies, from the takeoff on."""
-    return round(random.uniform(7.8, 9.0), 3)
+    return round(random.uniform(7.3, 8.3), 3)
 
 
 def _while_flying(kind: str, **keys: object) -> Draw:
