@@ -22,6 +22,8 @@ ON_ALL = {"from_s": 0.0}
 NOW = {"at_s": 0.0}
 WIND = {"mock.wind_ned_m_s": [5.0, 0.0, 0.0]}
 
+TIGHT_LINK = {"guards.link_loss.slower_s": 0.08}
+
 Act = Callable[[LockstepFlight], None]
 
 
@@ -116,7 +118,7 @@ CASES = {
         {"guards.link_loss.share": 0.2},
         {"kind": "drop", "direction": "from_vehicle", "probability": 0.4, **ON_ALL},
     ),
-    "round trip": Case("link loss': a round trip", {}, {"kind": "delay", "delay_ms": 60.0, **ON_ALL}),
+    "round trip": Case("link loss': a round trip", TIGHT_LINK, {"kind": "delay", "delay_ms": 60.0, **ON_ALL}),
     "GCS loss": Case("GCS loss", {"guards.gcs_loss.silent_s": 1.0}, before=ground_station),
     "rate": Case(
         "rate': LOCAL_POSITION_NED comes at",
