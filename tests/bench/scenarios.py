@@ -153,7 +153,7 @@ def _corrupt(random: Random, craft: Craft) -> list[Fault]:
 
 
 def _refuse(random: Random, craft: Craft) -> list[Fault]:
-    result = random.choice(("TEMPORARILY_REJECTED", "DENIED", "UNSUPPORTED", "FAILED", "CANCELLED"))
+    result = random.choice(("TEMPORARILY_REJECTED", "DENIED", "UNSUPPORTED", "FAILED"))
     times = random.choice((1, 1, 2, 5))
     return [{"kind": "refuse", "command": random.choice(COMMANDS), "result": result, "times": times}]
 
