@@ -58,6 +58,8 @@ class Flown:
     airframe: AirframeParams
     autopilot: Autopilot = "px4"
     hover_thrust_norm: float = 0.0
+    found: dict[str, Any] = field(default_factory=dict)
+    """What the flight found out for keys of [law] that its configuration left open, e.g. the delay."""
     inputs: list[FlownMeasurement | FlownStep] = field(default_factory=list)
 
     @property
@@ -173,7 +175,9 @@ class _Beside:
 
     def __init__(self, flown: Flown, law: LawParams, depth: Depth, steps: Sequence[FlownStep]) -> None:
         self._flown = flown
-        self._law = within_controls(law.of(flown.autopilot), flown.airframe, flown.hover_thrust_norm)
+        found = {key: value for key, value in flown.found.items() if depth == steps[0].row.depth or key == "delay_s"}
+        law = law.of(flown.autopilot).told(found)
+        self._law = within_controls(law, flown.airframe, flown.hover_thrust_norm)
         self._depth = depth
         self._tune = tuning(self._law, depth)
         self._first = steps[0].row

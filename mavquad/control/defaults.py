@@ -29,11 +29,12 @@ MISTRUSTING: dict[Depth, dict[str, float | str]] = {
         "rates_kappa_rad_s": 10.0,
     },
     "rate": {"velocity": "ignored", "kappa_rad_s": 15.0, "attitude_kappa_rad_s": 12.0},
-    "attitude": {},
+    "attitude": {"velocity": "ignored", "omega0_rad_s": 2.0, "kappa_rad_s": 10.0},
 }
 """What "auto" stands for where the estimated velocity is not the slope of the position: it is left out, and the position
-counts more. Flown on PX4 in SIH: hover 2.9 cm instead of 9.1 at depth rate (1.16.2), 2.4 instead of 8.1 at torque (1.13.3).
-Its offset taken for a polynomial (`velocity_slopes`) has 3.8 cm there, and half the error in gusts."""
+counts more. Flown on PX4 in SIH: hover 2.9 cm instead of 9.1 at depth rate (1.16.2), 2.4 instead of 8.1 at torque (1.13.3),
+3.7 instead of 9.4 at attitude (1.16.2). Its offset taken for a polynomial (`velocity_slopes`) has 3.8 cm at rate, and half
+the error in gusts."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, PlainSerializer, model_validator
 
@@ -30,6 +31,9 @@ Kappa = Annotated[Annotated[float, Field(gt=0.1, le=500.0)] | None, *_AUTO]
 Seconds = Annotated[Annotated[float, Field(ge=0.0, le=0.5)] | None, *_AUTO]
 Friction = Annotated[Annotated[float, Field(ge=0.0, le=5.0)] | None, *_AUTO]
 Spread = Annotated[Annotated[float, Field(ge=1.0, le=4.0)] | None, *_AUTO]
+
+
+_OPEN = (None, "auto")
 
 
 class SaturationParams(Section):
@@ -107,7 +111,7 @@ class LawParams(Section):
     observer_spread: Spread = None
     """The eigenvalues of the paper's A are -spread^k, k symmetrical about 0: 1 puts all in one place."""
     velocity: Literal["auto", "measured", "ignored"] = "auto"
-    """Whether the set full has the estimated velocity in it. "auto": it has; but not at depths torque and rate where that
+    """Whether the set full has the estimated velocity in it. "auto": it has; but not where that
     velocity, as seen before the law takes over, is not the position's slope (PX4's SIH)."""
     velocity_slopes: Annotated[Annotated[int, Field(ge=0, le=2)] | None, *_AUTO] = None
     """How many derivatives of the offset of the estimated velocity are estimated beside it. "auto": 0; 2, with a kappa of 12,
@@ -150,6 +154,15 @@ class LawParams(Section):
         """For the vehicle that was met."""
         return self if self.autopilot != "auto" else self.model_copy(update={"autopilot": autopilot})
 
+    def told(self, found: Mapping[str, Any]) -> LawParams:
+        """With values for keys that are left open here."""
+        return self.model_copy(update={key: value for key, value in found.items() if getattr(self, key) in _OPEN})
+
+    def found(self, met: LawParams) -> dict[str, Any]:
+        """What another one, made from this for a vehicle that was met, has for keys that are left open here."""
+        keys = (key for key in type(self).model_fields if getattr(self, key) in _OPEN)
+        return {key: getattr(met, key) for key in keys if getattr(met, key) not in _OPEN}
+
     def own(self, depth: Depth) -> Defaults:
         """What "auto" stands for at a depth."""
         return defaults(self._autopilot(), depth, self.measured())
@@ -175,8 +188,7 @@ class LawParams(Section):
         told = self.velocity != "auto" or self.velocity_slopes is not None
         if told or self.measured() != "full":
             return self
-        open_ones = {key: value for key, value in MISTRUSTING[depth].items() if getattr(self, key) in (None, "auto")}
-        return self.model_copy(update=open_ones)
+        return self.told(MISTRUSTING[depth])
 
     def _autopilot(self) -> Autopilot:
         return "px4" if self.autopilot == "auto" else self.autopilot

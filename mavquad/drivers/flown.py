@@ -24,6 +24,7 @@ class Witness:
         self._agent = agent
         self._pose = PoseIntake(params.guards, agent.sync.age_us)
         self._refused = 0
+        self._configured = params.law
         self.flown = Flown(params.airframe)
 
     def __call__(self, record: Record) -> None:
@@ -56,5 +57,6 @@ class Witness:
         self._pose.may_restart = False
         if not self.flown.hover_thrust_norm:
             self.flown.hover_thrust_norm = self._agent.status().hover_thrust_norm
+            self.flown.found = self._configured.found(law.params)
         reference = law.reference(row.vehicle_stamp_us)
         self.flown.inputs.append(FlownStep(row, law.in_control, authority, reference))

@@ -26,7 +26,7 @@ class LinkLossParams(GuardSection):
     """Over this long, s."""
     round_trip_s: float = Field(default=0.5, ge=0.0, le=10.0)
     """A round trip (TIMESYNC) that takes longer, three times in a row, s; 0: off."""
-    slower_s: float = Field(default=0.3, ge=0.0, le=10.0)
+    slower_s: float = Field(default=0.2, ge=0.0, le=10.0)
     """A round trip that takes this much longer than they did when the law took over, five times in a row, s; 0: off. The
     law's margin of delay is 0.04 to 0.09 s, and what it asks for too late shakes the vehicle within two seconds."""
 

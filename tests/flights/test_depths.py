@@ -132,7 +132,7 @@ def test_a_nan_at_each_depth_ends_on_the_ground(depth: Depth) -> None:
     flight = fly(AT_DEPTH[depth], [{"kind": "nan_pose", "for_s": 0.2, "since": "offboard", "from_s": 4.0}])
     assert flight.exit_code == 4
     assert "LOCAL_POSITION_NED holds a value that is not a number" in str(flight.agent.error)
-    assert flight.agent.status().safe_setpoints == 1
+    assert flight.agent.status().safe_setpoints >= 1
     assert landed_safely(flight)
     assert flight.replayed().equal
 

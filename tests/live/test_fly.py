@@ -20,7 +20,7 @@ PATIENT = [
     option
     for age in ("stale_attitude_s", "stale_attitude_at_torque_s", "stale_position_s")
     for option in ("--set", f"guards.{age}=0.8")
-]
+] + ["--set", "guards.link_loss.slower_s=0.8"]
 """These tests are not about a busy machine: a loop that stalls for half a second is no reason to fail."""
 SHORT = ["--mission", "hover", "--duration", "3"]
 
@@ -205,6 +205,7 @@ def test_a_flight_completes_and_leaves_its_folder(flights: dict[str, Flight]) ->
     assert flight.story == ""
     files = {path.name for path in flight.run_dir.iterdir()}
     wanted = {"flight.tlog", "config.toml", "summary.json", "trace.csv", "flight.png", "events.jsonl", "notes.jsonl"}
+    wanted |= {"parameters.json", "report.html"}
     assert files == wanted
     summary = flight.summary()
     assert summary["completed"] is True

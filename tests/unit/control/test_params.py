@@ -219,7 +219,7 @@ def test_what_auto_means_for_the_words() -> None:
     assert params.measured() == "full"
     assert params.mistrusting("rate").kappa_rad_s == 15.0
     assert LawParams(kappa_rad_s=20.0).mistrusting("rate").kappa_rad_s == 20.0
-    assert [params.mistrusting(depth).velocity for depth in DEPTHS] == ["ignored", "ignored", "auto"]
+    assert [params.mistrusting(depth).velocity for depth in DEPTHS] == ["ignored"] * 3
     for told in ({"measurements": "position_yaw"}, {"velocity_slopes": 0}, {"velocity": "measured"}):
         assert LawParams(**told).mistrusting("rate") == LawParams(**told)
     assert params.depths == DEPTHS
