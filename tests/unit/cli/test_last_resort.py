@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from mavquad.cli.fly import _drive
+from mavquad.config import Config
 from mavquad.errors import Abandoned
 
 LAST_WORDS = [b"hold", b"no rotation"]
@@ -19,8 +20,8 @@ def ended_by(error: BaseException) -> None:
         raise error
 
     agent = SimpleNamespace(done=False, last_resort=lambda: LAST_WORDS)
-    driver = SimpleNamespace(wait=wait, abandon=told.append, close=lambda: told.append("close"))
-    flight = SimpleNamespace(collect=lambda _: [])
+    driver = SimpleNamespace(wait=wait, abandon=told.append, close=lambda: told.append("close"), lateness_us=[])
+    flight = SimpleNamespace(collect=lambda _: [], config=Config())
     try:
         asyncio.run(_drive(agent, driver, flight, as_json=True))
     finally:

@@ -186,7 +186,7 @@ def test_a_parameter_keeps_its_value_when_it_is_set_to_no_number(pilot, name, va
 @pytest.mark.parametrize("firmware", ["1.13", "1.16"])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_every_message_stays_in_its_fields(pilot, firmware, sign):
-    picture = pilot(firmware=firmware).run(1.1).mock._personality._picture(0)
+    picture = pilot(firmware=firmware).run(1.1).mock._personality._picture
     vast = (sign * 1e9, -sign * 1e9, sign * 1e9)
     battery = Battery(sign * 1e6, -sign * 1e6, sign * 7.0)
     far = Estimate(0, vast, vast, (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), vast, vast, battery, 1000)
