@@ -6,7 +6,6 @@ while it may, and ends its control when a guard trips. The pilot always wins.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterable
 from typing import ClassVar
 
@@ -193,7 +192,7 @@ class Captain:
 
     def fly(self, now_us: int, mission_json: str) -> None:
         """The operator orders another mission, from where the reference is; it stays at its end until the next order."""
-        self._order(now_us, f"fly {mission_json}", lambda _: orders.mission(json.loads(mission_json)))
+        self._order(now_us, f"fly {mission_json}", lambda _: orders.mission_of(mission_json))
 
     def _order(self, now_us: int, words: str, plan: Callable[[int], MissionParams]) -> None:
         self._now_us, self.order_fault = now_us, ""

@@ -127,7 +127,7 @@ class LawParams(Section):
     """The paper's a_psi = a_theta = a_phi likewise, 1/s. Depth torque."""
     delay_s: Annotated[Annotated[float, Field(ge=0.0, le=0.3)] | None, *_AUTO] = None
     """From the stamp of a measurement until the command that was computed from it arrives at the autopilot, s. "auto": as
-    TIMESYNC shows it before the flight; 25 ms where it does not."""
+    TIMESYNC shows it in the takeoff; 25 ms where it does not."""
     dead_time_s: Seconds = None
     """From there until roll and pitch begin to answer, s."""
     lag_s: Seconds = None

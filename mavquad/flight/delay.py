@@ -1,4 +1,4 @@
-"""The delay that the law bridges, as the link shows it before the flight: how old an attitude is when it arrives, and half
+"""The delay that the law bridges, as the link shows it in the takeoff: how old an attitude is when it arrives, and half
 of a round trip for the command's way up. Neither is known without TIMESYNC."""
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 from pydantic import ValidationError
@@ -54,6 +55,21 @@ def mission(fields: dict[str, object]) -> MissionParams:
     except ValidationError as error:
         first = error.errors()[0]
         raise OrderRefused(f"{'.'.join(map(str, first['loc']))}: {first['msg']}") from None
+
+
+def mission_of(text: str) -> MissionParams:
+    """A mission that was written down as JSON.
+
+    Raises:
+        OrderRefused: it is none.
+    """
+    try:
+        fields = json.loads(text)
+    except ValueError:
+        raise OrderRefused("the mission is not JSON") from None
+    if not isinstance(fields, dict):
+        raise OrderRefused("the mission is no table of keys and values")
+    return mission(fields)
 
 
 def check(ordered: MissionParams, guards: GuardParams, law: LawParams, height_m: float) -> None:

@@ -90,6 +90,8 @@ def test_the_reference_never_jumps_when_an_order_comes_in_the_middle_of_another(
         ("goto", (99.0, 0.0, 0.0), "guards.radius_m"),
         ("fly", (json.dumps({"name": "circle", "radius_m": 300.0}),), "guards.radius_m"),
         ("fly", (json.dumps({"name": "looping"}),), "name"),
+        ("fly", ("{",), "not JSON"),
+        ("fly", ("[]",), "no table"),
     ],
 )
 def test_an_order_out_of_the_volume_is_not_flown(flying, name, args, words):

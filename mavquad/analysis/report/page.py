@@ -94,18 +94,6 @@ def _details(report: Report) -> Iterator[str]:
         yield f'<details class="card"><summary>Configuration</summary><pre>{text}</pre></details>'
 
 
-def flattened(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
-    """(dotted name, value) of everything in a summary; short lists of plain values stay one value."""
-    if isinstance(value, dict):
-        for key, inner in value.items():
-            yield from flattened(inner, f"{name}.{key}" if name else str(key))
-    elif isinstance(value, list) and any(isinstance(inner, dict | list) for inner in value):
-        for index, inner in enumerate(value):
-            yield from flattened(inner, f"{name}.{index}")
-    else:
-        yield name, value
-
-
 def _shown(value: Any) -> str:
     if value is None:
         return "–"
