@@ -147,6 +147,7 @@ class ParamChange:
     def __init__(self, wanted: Mapping[str, float], encoding: Encoding, waits: bool = True) -> None:
         self._parameters = {name: _Parameter(name, value, encoding) for name, value in wanted.items()}
         self._waits = waits
+        self._deadline_us = NEVER_US
 
     @property
     def read(self) -> bool:
@@ -180,7 +181,7 @@ class ParamChange:
 
     def next_deadline_us(self) -> int:
         """When to repeat something."""
-        return min((each.retry_us for each in self._parameters.values()), default=NEVER_US)
+        return self._deadline_us
 
     def start(self, target: Target, now_us: int) -> list[Message]:
         """Read all of them."""
@@ -189,8 +190,9 @@ class ParamChange:
     def on_value(self, message: Message, target: Target, now_us: int) -> list[Message]:
         """Take in a PARAM_VALUE; of a parameter that is not among them it is none of our business."""
         one = self._parameters.get(message.param_id)
-        messages = one.on_value(message, target, now_us) if one is not None else []
-        return messages + self._go_on(target, now_us)
+        return self._each(lambda each: each.on_value(message, target, now_us) if each is one else []) + self._go_on(
+            target, now_us
+        )
 
     def on_deadline(self, target: Target, now_us: int) -> list[Message]:
         """Repeat what went without an answer; give up on what did so too often."""
@@ -211,7 +213,10 @@ class ParamChange:
         return one.ask(_Stage.SETTING, target, now_us) if one.record else one.rest(_Stage.OVER)
 
     def _each(self, act: Callable[[_Parameter], list[Message]]) -> list[Message]:
-        return [message for each in self._parameters.values() for message in act(each)]
+        messages = [message for each in self._parameters.values() for message in act(each)]
+        # Asked for at every frame of a flight: kept, not worked out anew.
+        self._deadline_us = min((each.retry_us for each in self._parameters.values()), default=NEVER_US)
+        return messages
 
 
 def restoring(records: Iterable[ParamRecord], encoding: Encoding) -> ParamChange:

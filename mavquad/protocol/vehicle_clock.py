@@ -23,6 +23,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from operator import mul
 from typing import NamedTuple
 
 EXCHANGES_MAX = 64
@@ -48,22 +49,20 @@ AFTER_STEP_SD, AFTER_STEP_BOUND = 0.005, 0.05
 """Of the drift before a step, if that was known better than `UNKNOWN`."""
 
 
-class Exchange(NamedTuple):
-    """One question and its answer: our clock at both, and the vehicle's in between."""
+class Exchange:
+    """One question and its answer: our clock at both, and the vehicle's in between.
 
-    sent_us: int
-    received_us: int
-    vehicle_us: int
+    Attributes:
+        middle_us: when on our clock the vehicle's showed `vehicle_us`, within `half_us`.
+        half_us: half of the round trip.
+    """
 
-    @property
-    def middle_us(self) -> int:
-        """When on our clock the vehicle's showed `vehicle_us`, within `half_us`."""
-        return (self.sent_us + self.received_us) // 2
+    __slots__ = ("half_us", "middle_us", "received_us", "sent_us", "vehicle_us")
 
-    @property
-    def half_us(self) -> float:
-        """Half of the round trip."""
-        return (self.received_us - self.sent_us) / 2
+    def __init__(self, sent_us: int, received_us: int, vehicle_us: int) -> None:
+        self.sent_us, self.received_us, self.vehicle_us = sent_us, received_us, vehicle_us
+        self.middle_us = (sent_us + received_us) // 2
+        self.half_us = (received_us - sent_us) / 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,22 +98,25 @@ class VehicleClock:
         self.reboots = 0
         self.steps = 0
         self._exchanges: deque[Exchange] = deque(maxlen=EXCHANGES_MAX)
+        self._newest_us = 0
         self._prior = UNKNOWN
 
     def forget(self) -> None:
         """Nothing is known about the clock any more."""
         self._exchanges.clear()
+        self._newest_us = 0
         self._prior = UNKNOWN
         self.line = None
 
     def take(self, exchange: Exchange) -> None:
         """Take in an exchange; answers may overtake each other."""
-        if any(_went_back(before, exchange) for before in self._exchanges):
+        if self._newest_us > exchange.vehicle_us and any(_went_back(before, exchange) for before in self._exchanges):
             self.reboots += 1
             self.forget()
         elif self.line is not None:
             self._notice_step(self.line, exchange)
         self._exchanges.append(exchange)
+        self._newest_us = max(self._newest_us, exchange.vehicle_us)
         self.line = _fit(self._exchanges, self._prior)
 
     @property
@@ -138,28 +140,29 @@ def _went_back(before: Exchange, exchange: Exchange) -> bool:
 
 def _fit(exchanges: deque[Exchange], prior: Prior) -> Line:
     """Weighted least squares with a prior on the drift; numbers relative to the newest exchange, or they lose digits."""
-    at_us = max(each.middle_us for each in exchanges)
-    zero_us = exchanges[-1].vehicle_us - exchanges[-1].middle_us
-    least_us = min(each.half_us for each in exchanges)
+    middles = [each.middle_us for each in exchanges]
     halves = [each.half_us for each in exchanges]
-    floor_us = FLOOR_US + FLOOR_SHARE * least_us
-    weights = [(floor_us + half - least_us) ** -2 for half in halves]
-    times = [float(each.middle_us - at_us) for each in exchanges]
+    at_us, least_us = max(middles), min(halves)
+    zero_us = exchanges[-1].vehicle_us - exchanges[-1].middle_us
+    floor_us = FLOOR_US + FLOOR_SHARE * least_us - least_us
+    weights = [1.0 / (floor_us + half) ** 2 for half in halves]
+    times = [float(middle_us - at_us) for middle_us in middles]
     offsets = [
         each.vehicle_us - each.middle_us - zero_us - prior.drift * t for each, t in zip(exchanges, times, strict=True)
     ]
     total = sum(weights)
-    mean_time = sum(w * t for w, t in zip(weights, times, strict=True)) / total
-    mean_offset = sum(w * y for w, y in zip(weights, offsets, strict=True)) / total
-    spread = sum(w * (t - mean_time) ** 2 for w, t in zip(weights, times, strict=True)) + prior.sd**-2
-    slopes = [w * (t - mean_time) / spread for w, t in zip(weights, times, strict=True)]
-    further = sum(s * y for s, y in zip(slopes, offsets, strict=True))
+    mean_time = sum(map(mul, weights, times)) / total
+    mean_offset = sum(map(mul, weights, offsets)) / total
+    leans = [w * (t - mean_time) for w, t in zip(weights, times, strict=True)]
+    spread = sum(map(mul, leans, times)) + prior.sd**-2
+    further = sum(map(mul, leans, offsets)) / spread
     further = min(max(further, -DRIFT_MAX - prior.drift), DRIFT_MAX - prior.drift)
     level = mean_offset - further * mean_time
-    shrink = prior.sd**-2 / spread
-    drift_bound = sum(abs(s) * half for s, half in zip(slopes, halves, strict=True)) + shrink * prior.bound
+    drift_bound = (sum(map(mul, map(abs, leans), halves)) + prior.sd**-2 * prior.bound) / spread
     level_bound = min(
-        half + abs(y - level - further * t) + drift_bound * abs(t)
-        for half, y, t in zip(halves, offsets, times, strict=True)
+        [
+            half + abs(y - level - further * t) - drift_bound * t
+            for half, y, t in zip(halves, offsets, times, strict=True)
+        ]
     )
     return Line(at_us, zero_us + level, prior.drift + further, level_bound, drift_bound)
