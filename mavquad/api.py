@@ -158,8 +158,7 @@ class Vehicle:
         agent, folder = self._agent, self._folder
         await self._driver.wait(LOOK_S)
         rows, notes = agent.take_trace(), [*agent.take_notes(), *self._driver.take_notes()]
-        if rows or notes:
-            folder.add(rows, notes, self._driver.runner.last_us)
+        folder.add(rows, notes)
         if agent.awaits_record and agent.changed_parameters is not None:
             write_parameters(folder, agent.changed_parameters)
             self._driver.command("kept")

@@ -67,8 +67,7 @@ class Flight:
         rows, notes = agent.take_trace(), [*agent.take_notes(), *further]
         self.rows += rows
         self._notes += notes
-        if rows or notes:
-            self.folder.add(rows, notes, (rows or notes)[-1].stamp_us)
+        self.folder.add(rows, notes)
         return notes
 
     def keep_parameters(self, agent: Agent) -> None:

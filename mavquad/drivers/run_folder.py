@@ -63,7 +63,8 @@ class RunFolder:
         """
         self.path = path
         self.failure: RunFolderError | None = None
-        self._flushed_us = 0
+        self._written_us = self._flushed_us = 0
+        self._frames: list[tuple[int, bytes, bool]] = []
         try:
             self._made = not path.exists()
             path.mkdir(parents=True, exist_ok=True)
@@ -81,26 +82,34 @@ class RunFolder:
         self._trace = TraceWriter(self._trace_stream)
 
     def frame(self, stamp_us: int, frame: bytes, outbound: bool) -> None:
-        """One frame that passed."""
-        self._keep(lambda: self._tlog.write(stamp_us, frame, outbound))
+        """One frame that passed. It is written by the next `add`: neither what answers it nor the frame behind it waits."""
+        if self.failure is None:
+            self._frames.append((stamp_us, frame, outbound))
 
     def event(self, stamp_us: int, name: str, args: tuple[float | str, ...] = ()) -> None:
         """One command of the operator; on the disk at once."""
         line = json.dumps({"stamp_us": stamp_us, "name": name, **({"args": args} if args else {})}, allow_nan=False)
         self._keep(lambda: print(line, file=self._events, flush=True))
 
-    def add(self, rows: Sequence[TraceRow], notes: Sequence[Note], now_us: int) -> None:
-        """Keep what the agent handed out since the last call."""
-        self._keep(lambda: self._add(rows, notes, now_us))
+    def add(self, rows: Sequence[TraceRow], notes: Sequence[Note]) -> None:
+        """Write what passed, and what the agent handed out, since the last call."""
+        self._keep(lambda: self._add(rows, notes))
 
-    def _add(self, rows: Sequence[TraceRow], notes: Sequence[Note], now_us: int) -> None:
+    def _add(self, rows: Sequence[TraceRow], notes: Sequence[Note]) -> None:
+        self._write_frames()
         self._trace.write(rows)
         for note in notes:
             self._notes.write(json.dumps(asdict(note)) + "\n")
-        if now_us - self._flushed_us > FLUSH_US:
-            self._flushed_us = now_us
+        if self._written_us - self._flushed_us > FLUSH_US:
+            self._flushed_us = self._written_us
             for stream in self._streams:
                 stream.flush()
+
+    def _write_frames(self) -> None:
+        frames, self._frames = self._frames, []
+        for stamp_us, frame, outbound in frames:
+            self._tlog.write(stamp_us, frame, outbound)
+            self._written_us = stamp_us
 
     def _keep(self, write: Callable[[], None]) -> None:
         """Write; a full disk must not end a flight, so the first failure ends the recording and is told afterwards."""
@@ -119,7 +128,8 @@ class RunFolder:
         write_whole(self.path / name, text)
 
     def close(self) -> None:
-        """Close the streams; once is enough."""
+        """Write what is left and close the streams; once is enough."""
+        self._keep(self._write_frames)
         for stream in self._streams:
             if not stream.closed:
                 self._keep(stream.flush)

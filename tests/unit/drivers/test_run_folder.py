@@ -90,12 +90,14 @@ def test_events_are_on_the_disk_at_once(tmp_path):
 
 def test_what_streams_in_is_on_the_disk_about_once_a_second(tmp_path):
     folder = RunFolder(tmp_path, "")
-    folder.add([], [Note(8, "phase", "flying")], 8)
+    folder.frame(1_000_000, FRAME, outbound=False)
+    folder.add([], [Note(8, "phase", "flying")])
     assert read_notes(tmp_path) == []
-    folder.frame(1_600_000_000_000_000, FRAME, outbound=False)
-    folder.add([], [], 2_000_000)
+    assert (tmp_path / "flight.tlog").stat().st_size == 0
+    folder.frame(1_000_004, FRAME, outbound=True)
+    folder.add([], [])
     assert read_notes(tmp_path) == [Note(8, "phase", "flying")]
-    assert len(read_records(tmp_path / "flight.tlog")) == 1
+    assert len(read_records(tmp_path / "flight.tlog")) == 2
     folder.close()
 
 
@@ -132,6 +134,7 @@ def test_a_full_disk_ends_the_recording_and_not_the_flight(tmp_path, monkeypatch
 
     monkeypatch.setattr(folder._tlog, "write", full)
     folder.frame(8, b"frame", outbound=True)
+    folder.add([], [])
     assert "no space left on device" in str(folder.failure)
     folder.event(12, "end")
     folder.close()
