@@ -66,6 +66,7 @@ class Commands:
         self._handlers: dict[int, Callable[[Params, Port, int], int]] = {
             mavlink.MAV_CMD_DO_SET_MODE: self._set_mode,
             mavlink.MAV_CMD_COMPONENT_ARM_DISARM: self._arm,
+            mavlink.MAV_CMD_RUN_PREARM_CHECKS: self._check,
             mavlink.MAV_CMD_NAV_TAKEOFF: self._take_off,
             mavlink.MAV_CMD_NAV_LAND: self._land,
             mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: self._return,
@@ -124,6 +125,9 @@ class Commands:
         if params[0] == 0:
             return self._copter.disarm(forced=params[1] == _FORCE_DISARM)
         return UNSUPPORTED
+
+    def _check(self, params: Params, port: Port, boot_us: int) -> int:
+        return self._copter.check(boot_us)
 
     def _take_off(self, params: Params, port: Port, boot_us: int) -> int:
         return self._copter.take_off(params[6], boot_us)

@@ -27,6 +27,7 @@ from sitl_mock.sensors import Estimate
 ACCEPTED: int = mavlink.MAV_RESULT_ACCEPTED
 DENIED: int = mavlink.MAV_RESULT_DENIED
 FAILED: int = mavlink.MAV_RESULT_FAILED
+TEMPORARILY_REJECTED: int = mavlink.MAV_RESULT_TEMPORARILY_REJECTED
 
 _DISARM_AFTER_US = 508_000
 """From landing until the motors stop, as recorded."""
@@ -174,6 +175,17 @@ class Copter:
         self.news.say(INFO, "Arming motors")
         return ACCEPTED
 
+    def check(self, boot_us: int) -> int:
+        """MAV_RESULT of MAV_CMD_RUN_PREARM_CHECKS; what they find is said, as by ArduPilot 4.7."""
+        if self.armed:
+            return TEMPORARILY_REJECTED
+        self._complain(boot_us)
+        return ACCEPTED
+
+    def _complain(self, boot_us: int) -> None:
+        for reason in self.complaints(boot_us):
+            self.news.say(CRITICAL, f"PreArm: {reason}")
+
     def disarm(self, forced: bool) -> int:
         """MAV_RESULT of a disarming request; in the air only by force."""
         if self.armed and not self.landed and not forced:
@@ -287,8 +299,7 @@ class Copter:
         if not self.has_home and boot_us >= at.origin_us:
             self.has_home = self.news.home_changed = True
         if self.news.complains(boot_us) and not self.armed:
-            for reason in self.complaints(boot_us):
-                self.news.say(CRITICAL, f"PreArm: {reason}")
+            self._complain(boot_us)
 
     def _watch_disarm(self, boot_us: int) -> None:
         ground = self.ground

@@ -64,6 +64,17 @@ def test_arming_is_refused_with_the_recorded_texts(copter):
     assert {m.severity for m in vehicle.messages("STATUSTEXT")} == {2}
 
 
+def test_the_checks_are_told_when_asked_for_and_not_of_an_armed_vehicle(copter):
+    vehicle = copter(ready_s=REAL).run(24.0)
+    vehicle.mode(4)
+    vehicle.forget()
+    assert vehicle.command(401) == [0]
+    assert vehicle.texts() == ["PreArm: Need Position Estimate"]
+    vehicle.mode(20)
+    vehicle.command(400, 1)
+    assert vehicle.command(401) == [1]
+
+
 def test_guided_waits_for_the_position_and_stabilize_does_not(copter):
     vehicle = copter(ready_s=REAL).run(24.0)
     vehicle.mode(4)
