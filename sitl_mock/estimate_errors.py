@@ -1,9 +1,14 @@
 """The errors of the estimator's output, tick by tick: noise of each quantity, and a slow wander of the position.
 
-"own" wander is an Ornstein-Uhlenbeck process in the position alone. "sih" is what a filter makes of a GPS: smooth, and
-the velocity errs by its slope. Its size and memory are those of PX4 1.13.3 and 1.16.2 in recorded hovers of 25 s: sd
-0.06 to 0.13 m north, 0.16 to 0.33 m east, 0.04 to 0.10 m down, 1/e after 1.5 to 4.4 s, 1 mm from sample to sample at
-100 Hz, and 0.05 to 0.11 m/s in the velocity.
+"own" wander is an Ornstein-Uhlenbeck process in the position alone. "sih" is what PX4's EKF2 makes of the GPS of its own
+simulator. Its size and memory are those of PX4 1.16.2, logged at 250 Hz beside the simulator's truth in a hover of 53 s:
+smooth, sd 0.10 m north, 0.25 m east, 0.20 m down; and a velocity whose error is not the slope of the position's, but goes
+with the position's error itself. By regression, with e that of the position and the rest an Ornstein-Uhlenbeck process,
+
+    velocity error = a e + b e' + rest        a = 1.20, 1.28, 0.42 1/s,  b = 0.51, 0.87, 0.62,  sd of the rest 0.06 m/s
+
+which is an sd of 0.15, 0.34, 0.11 m/s. (Recorded hovers of 1.13.3 and 1.16.2 without the truth beside them had 0.06 to 0.13 m,
+0.16 to 0.33 m and 0.04 to 0.10 m, 1/e after 1.5 to 4.4 s.)
 """
 
 from __future__ import annotations
@@ -15,9 +20,12 @@ import numpy as np
 from sitl_mock.config.sensors import SensorsConfig
 from sitl_mock.noise import BLOCK_STEPS, Block, Memory, Smooth, stream
 
-_SIH_SD_M = np.array([[0.2], [0.2], [0.1]])
+_SIH_SD_M = np.array([[0.10], [0.25], [0.20]])
 _SIH_TIME_S = 1.9
 """The memory of the smooth process is 1/e after 2.15 times this."""
+_SIH_BY_PLACE_1_S = np.array([[1.20], [1.28], [0.42]])
+_SIH_BY_SLOPE = np.array([[0.51], [0.87], [0.62]])
+_SIH_REST_SD_M_S, _SIH_REST_TIME_S = 0.06, 1.0
 _NOISES = 15
 
 
@@ -42,6 +50,8 @@ class EstimateErrors:
         self._walk = Memory(config.position_wander_time_s, start[_NOISES : _NOISES + 3], dt_s)
         self._walk_sd_m = config.position_wander_m
         self._smooth = Smooth(_SIH_TIME_S, start[_NOISES:], dt_s) if config.wander == "sih" else None
+        self._rest_random = stream("estimator's velocity", seed)
+        self._rest = Memory(_SIH_REST_TIME_S, self._rest_random.standard_normal(3), dt_s)
         self._rows: list[list[float]] = []
 
     def step(self) -> list[float]:
@@ -58,6 +68,7 @@ class EstimateErrors:
             errors[:3] += self._walk_sd_m * self._walk.block(white[_NOISES:])
         else:
             place, slope = self._smooth.block(white[_NOISES:])
+            rest = self._rest.block(self._rest_random.standard_normal((3, BLOCK_STEPS)))
             errors[:3] += _SIH_SD_M * place
-            errors[3:6] += _SIH_SD_M * slope
+            errors[3:6] += _SIH_SD_M * (_SIH_BY_PLACE_1_S * place + _SIH_BY_SLOPE * slope) + _SIH_REST_SD_M_S * rest
         return errors

@@ -16,8 +16,8 @@ class SensorsConfig(Section):
     position_noise_m: NotNegative = 0.003
     """Standard deviation of the white position noise per axis in m."""
     wander: Literal["own", "sih"] = "own"
-    """The slow wander of the position. "own": the two keys below. "sih": as PX4's SIH with its GPS: smooth, 0.2 m north
-    and east, 0.1 m down, forgotten in 4 s, and the velocity errs with it."""
+    """The slow wander of the position. "own": the two keys below. "sih": as PX4's SIH with its GPS: smooth, 0.10 m
+    north, 0.25 m east, 0.20 m down, forgotten in 4 s, and the velocity errs by 0.15, 0.34, 0.11 m/s: not its slope."""
     position_wander_m: NotNegative = 0.05
     """Standard deviation of the slow position wander per axis in m."""
     position_wander_time_s: Positive = 20.0
