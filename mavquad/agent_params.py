@@ -40,6 +40,8 @@ class FlightParams(Section):
     """To change its parameters."""
     ready_s: float = Field(default=120.0, gt=0.0, le=600.0)
     """Until it can be armed; estimators need their time (ArduCopter 42 s from its start, PX4 1.15 38 s)."""
+    probe_s: float = Field(default=5.0, gt=1.5, le=60.0)
+    """Depth torque: to see whether it takes torques, and again to leave the offboard mode afterwards."""
     arm_s: float = Field(default=5.0, gt=0.0, le=60.0)
     """To arm."""
     takeoff_s: float = Field(default=40.0, gt=0.0, le=600.0)
@@ -66,6 +68,8 @@ class FlightParams(Section):
             Phase.IDENTIFYING: self.identify_s,
             Phase.PREPARING: self.prepare_s,
             Phase.WAITING: self.ready_s,
+            Phase.PROBING: self.probe_s,
+            Phase.WITHDRAWING: self.probe_s,
             Phase.ARMING: self.arm_s,
             Phase.TAKING_OFF: self.takeoff_s,
             Phase.ENGAGING: self.engage_s,

@@ -26,6 +26,7 @@ from mavquad.flight.mission_params import MissionParams
 from mavquad.flight.modes import asked_for, own_modes, way_back
 from mavquad.flight.preparation import Preparation
 from mavquad.flight.takeoff import TakeoffWatch
+from mavquad.flight.torque_probe import TorqueProbe
 from mavquad.flight.vehicle import Vehicle
 from mavquad.flight.velocity_check import VelocityCheck
 from mavquad.flight_record import Note, Status, TraceRow
@@ -45,9 +46,10 @@ SLOW_LINK_S = 0.02
 SLOW_LINK_VELOCITY_KAPPA_RAD_S = 10.0
 """With more delay than that beyond the usual, a higher gain on the velocity shakes the vehicle."""
 
-_ON_GROUND = frozenset((Phase.CONNECTING, Phase.IDENTIFYING, Phase.PREPARING, Phase.WAITING))
+_PROBE = frozenset((Phase.PROBING, Phase.WITHDRAWING))
 _DISARMED = frozenset((Phase.IDENTIFYING, Phase.PREPARING, Phase.WAITING))
-_BEFORE_THE_LAW = _DISARMED | {Phase.TAKING_OFF}
+_ON_GROUND = _DISARMED | _PROBE | {Phase.CONNECTING}
+_BEFORE_THE_LAW = _DISARMED | _PROBE | {Phase.TAKING_OFF}
 
 Address = tuple[int, int]
 """(system id, component id)."""
@@ -83,6 +85,7 @@ class Captain:
         self._identification = Identification(params.streams, PX4)
         self._keeper = StreamKeeper(params.streams, PX4)
         self._preparation = Preparation()
+        self._probe = TorqueProbe(PX4.offboard)
         self._hover = HoverThrust(params.airframe)
         self._sync = sync
         self._delay = DelayMeter()
@@ -118,6 +121,7 @@ class Captain:
             self._exchange.next_deadline_us(),
             self._identification.next_deadline_us() if self.phase is Phase.IDENTIFYING else NEVER_US,
             self._preparation.next_deadline_us(),
+            self._probe.next_deadline_us(),
             self._phase_limit_us,
             self._refusal_us,
             self._control.next_deadline_us(),
@@ -240,10 +244,12 @@ class Captain:
 
     def last_resort(self) -> list[Message]:
         """What to send when our own code has failed in flight: hold, and no rotation meanwhile."""
+        hold = commands.set_mode(self._firmware.hold).message(self._target, 0)
+        if self.phase in _PROBE:
+            return [hold]
         if self.phase not in (Phase.ENGAGING, Phase.FLYING, Phase.HANDING_BACK):
             return []  # the autopilot flies it, by itself
-        hold = commands.set_mode(self._firmware.hold)
-        return [hold.message(self._target, 0), self._control.safe(self._target, self._now_us)]
+        return [hold, self._control.safe(self._target, self._now_us)]
 
     def take_notes(self) -> list[Note]:
         """The story since the last call."""
@@ -297,6 +303,7 @@ class Captain:
             self._check_identity()
         self._send_all(self._preparation.on_deadline(self._target, self._now_us))
         self._check_preparation()
+        self._send_all(self._probe.on_deadline(self._target, self._now_us))
         repeated = self._exchange.on_deadline(self._target, self._now_us)
         if repeated is Reply.TIMEOUT and self.phase is not Phase.LANDING:
             self._fire(Event.TIMEOUT, reasons.unanswered(self._exchange, self._said(), self._now_us))
@@ -483,6 +490,49 @@ class Captain:
             self._waits_for = waits_for.split(" at ")[0]
             self._note("waiting", waits_for)
 
+    # ------------------------------------------------------------------ does it take torques?
+
+    def _on_ready(self) -> None:
+        is_known = self._probe.proven or self._control.law.depth != "torque"
+        self._fire(Event.READY if is_known else Event.UNPROVEN)
+
+    def _enter_probing(self) -> None:
+        self._probe.start(self._now_us)
+
+    def _enter_withdrawing(self) -> None:
+        self._probe.withdraw()
+        if not self._probe.asked:
+            self._on_withdrawn()
+        else:
+            self._request(commands.set_mode(self._firmware.hold))
+
+    def _check_probe(self) -> None:
+        """It is in the offboard mode, or its answers are known."""
+        probe, version = self._probe, self._identification.version
+        if probe.proven:
+            self._note("law", "the vehicle takes torques")
+            self._fire(Event.PROVEN)
+        elif probe.refused:
+            said = self._said()
+            error = reasons.ignores_torque(self._firmware, version, probe.result, probe.refusals, said)
+            self._fire(Event.REFUSED, error)
+
+    def _on_withdrawn(self) -> None:
+        """HEARTBEAT shows another mode: the setpoints end, and it goes on as it went before."""
+        self._probe.stop()
+        self._fire(Event.LEFT if self.error or self.interrupted else Event.RELEASED)
+
+    def _on_probed(self, changed: Mode | None) -> None:
+        """HEARTBEAT, disarmed, while it is probed, or leaves the offboard mode again."""
+        offboard = self._vehicle.mode == self._firmware.offboard
+        if self.phase is Phase.PROBING:
+            self._probe.proven |= offboard
+            self._check_probe()
+        elif not offboard and (changed is not None or not self._exchange.pending):
+            self._on_withdrawn()
+        elif offboard and not self._exchange.pending:
+            self._enter_withdrawing()
+
     # ------------------------------------------------------------------ into the air and down
 
     def _enter_arming(self) -> None:
@@ -525,11 +575,13 @@ class Captain:
 
     def _enter_restoring(self) -> None:
         self._control.stop()
+        self._probe.stop()
         self._send_all(self._preparation.restore(self._target, self._now_us))
         self._check_preparation()
 
     def _enter_done(self) -> None:
         self._control.stop()
+        self._probe.stop()
         self._preparation.stop()
         if self._preparation.left_over:
             self._note("parameter", "not put back: " + ", ".join(record.name for record in self._preparation.records))
@@ -537,6 +589,8 @@ class Captain:
     _ENTER: ClassVar[dict[Phase, Callable[[Captain], None]]] = {
         Phase.IDENTIFYING: _enter_identifying,
         Phase.PREPARING: _enter_preparing,
+        Phase.PROBING: _enter_probing,
+        Phase.WITHDRAWING: _enter_withdrawing,
         Phase.ARMING: _enter_arming,
         Phase.TAKING_OFF: _enter_taking_off,
         Phase.ENGAGING: _enter_engaging,
@@ -567,7 +621,7 @@ class Captain:
             self._fire(Event.TAKEN_OVER, reasons.armed_again(self._vehicle.mode_name))
             return
         self._keep_streams()
-        self._on_armed(changed) if self._vehicle.armed else self._on_disarmed()
+        self._on_armed(changed) if self._vehicle.armed else self._on_disarmed(changed)
 
     def _keep_streams(self) -> None:
         """Until the law takes over, streams that do not come are asked for again."""
@@ -577,6 +631,8 @@ class Captain:
 
     def _is_taken_over(self, changed: Mode) -> bool:
         """Whether a change of mode is the pilot's or a failsafe's: to one that is not ours to expect, or not now."""
+        if self.phase is Phase.PROBING and not self._probe.asked:
+            return True
         if self.phase is Phase.LANDING and not self._vehicle.armed:
             return False  # down: PX4 1.16 shows AUTO.LOITER with the HEARTBEAT that shows it disarmed
         if self.phase is Phase.TAKING_OFF and changed == self._firmware.hover and self._seen_own_mode:
@@ -598,6 +654,8 @@ class Captain:
             self._fire(Event.ARMED)
         elif self.phase is Phase.ENGAGING and offboard and self._control.sent:
             self._fire(Event.ENGAGED)
+        elif self.phase in _PROBE:
+            self._fire(Event.TAKEN_OVER, reasons.armed_meanwhile(self._vehicle.mode_name, self.phase))
         elif self.phase in _DISARMED:
             self._fire(Event.REFUSED, reasons.armed_already(self._vehicle.mode_name))
         elif self.phase is Phase.HANDING_BACK and changed is not None and not offboard:
@@ -615,9 +673,11 @@ class Captain:
         leaves = self._reaction in (HOLD, PILOT)
         self._fire(Event.LEFT if leaves else Event.RELEASED)
 
-    def _on_disarmed(self) -> None:
+    def _on_disarmed(self, changed: Mode | None) -> None:
         if self.phase is Phase.WAITING:
             self._on_waiting()
+        elif self.phase in _PROBE:
+            self._on_probed(changed)
         if self.phase is Phase.DISARMING and self._exchange.pending:
             return  # this heartbeat may be from before an arming that we did not hear of
         expected = self.phase not in IN_FLIGHT or (self.phase is Phase.LANDING and self._is_down_well())
@@ -636,6 +696,10 @@ class Captain:
             self._send_all(self._identification.on_ack(message, self._target, self._now_us))
             self._check_identity()
             return
+        if self.phase is Phase.PROBING:
+            self._probe.on_ack(message, self._now_us)
+            self._check_probe()
+            return
         reply = self._exchange.on_ack(message)
         if reply is Reply.REFUSED:
             self._on_refusal()
@@ -649,7 +713,7 @@ class Captain:
 
     def _on_refusal(self) -> None:
         """PX4 sends the text that says why right behind the ACK: wait for it, unless there is a vehicle to bring down."""
-        if self.phase is Phase.WAITING:
+        if self.phase in (Phase.WAITING, Phase.WITHDRAWING):
             return  # the mode is asked for again
         if self.phase is Phase.LANDING:
             self._blame(reasons.refused(self._exchange, self._exchange.result, self._said()))
@@ -724,7 +788,7 @@ class Captain:
         self._trip(self._control.guards.on_position(position, self._now_us))
         law = self._control.law
         if self.phase is Phase.WAITING and not self._not_ready():
-            self._fire(Event.READY)
+            self._on_ready()
         elif self.phase is Phase.TAKING_OFF:
             self._velocity_check.take(position)
             holds = self._vehicle.mode == self._firmware.hover and self._control.pose.stale(self._now_us) is None

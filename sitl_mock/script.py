@@ -15,7 +15,7 @@ from sitl_mock.config.faults import AckWithoutActing, CommandFault, Fault, LateA
 from sitl_mock.config.link_faults import LinkFault
 
 _US_PER_S = 1_000_000
-_OFFBOARD_MODES = ("OFFBOARD", "GUIDED", "GUIDED_NOGPS")
+_GUIDED = ("GUIDED", "GUIDED_NOGPS")
 
 W = TypeVar("W", bound=Window)
 C = TypeVar("C", bound=CommandFault)
@@ -89,7 +89,8 @@ class Script:
         """Take notice of the moments that faults wait for: the first of its kind since the fault is there."""
         if not self._waiting:
             return
-        now = {mode: True, "offboard": mode in _OFFBOARD_MODES, "armed": armed, "takeoff": armed and not landed}
+        offboard = mode in _GUIDED or (armed and mode == "OFFBOARD")
+        now = {mode: True, "offboard": offboard, "armed": armed, "takeoff": armed and not landed}
         for entry in self._waiting:
             if now.get(entry.fault.since):
                 entry.origin_us = self.now_us

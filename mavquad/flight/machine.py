@@ -3,6 +3,8 @@
     CONNECTING -> IDENTIFYING -> PREPARING -> WAITING -> ARMING -> TAKING_OFF -> ENGAGING -> FLYING -> HANDING_BACK
                -> LANDING -> RESTORING -> DONE
 
+and, where it must be seen first whether the vehicle takes torques, WAITING -> PROBING -> WITHDRAWING -> WAITING.
+
 A pair (phase, event) that stands in the table moves to the phase beside it; every other pair stays where it is.
 What the agent does on entering a phase is its own business; the table knows neither time nor messages.
 """
@@ -19,6 +21,8 @@ class Phase(Enum):
     IDENTIFYING = "identifying"
     PREPARING = "preparing"
     WAITING = "waiting"
+    PROBING = "probing"
+    WITHDRAWING = "withdrawing"
     ARMING = "arming"
     TAKING_OFF = "taking off"
     ENGAGING = "engaging"
@@ -37,6 +41,8 @@ class Event(Enum):
     IDENTIFIED = "version, parameters and streams are known"
     PREPARED = "its parameters are as wanted"
     READY = "ready to arm"
+    UNPROVEN = "ready to arm, but for whether it takes torques"
+    PROVEN = "it takes torques"
     ARMED = "armed"
     AIRBORNE = "hovering at the takeoff altitude"
     ENGAGED = "HEARTBEAT shows the offboard mode"
@@ -69,7 +75,21 @@ TRANSITIONS: dict[Phase, dict[Event, Phase]] = {
     Phase.CONNECTING: {**_BEFORE_ARMING, Event.FOUND: Phase.IDENTIFYING},
     Phase.IDENTIFYING: {**_BEFORE_ARMING, Event.IDENTIFIED: Phase.PREPARING},
     Phase.PREPARING: {**_ON_GROUND, Event.PREPARED: Phase.WAITING},
-    Phase.WAITING: {**_ON_GROUND, Event.READY: Phase.ARMING},
+    Phase.WAITING: {**_ON_GROUND, Event.READY: Phase.ARMING, Event.UNPROVEN: Phase.PROBING},
+    Phase.PROBING: {
+        **_ALWAYS,
+        # Refused, time after time, it was never in the offboard mode; after anything else it may be.
+        Event.REFUSED: Phase.RESTORING,
+        Event.PROVEN: Phase.WITHDRAWING,
+        Event.TIMEOUT: Phase.WITHDRAWING,
+        Event.STOP: Phase.WITHDRAWING,
+    },
+    Phase.WITHDRAWING: {
+        **_ALWAYS,
+        Event.RELEASED: Phase.WAITING,
+        Event.LEFT: Phase.RESTORING,
+        Event.TIMEOUT: Phase.RESTORING,
+    },
     Phase.ARMING: {
         **_ALWAYS,
         Event.ARMED: Phase.TAKING_OFF,

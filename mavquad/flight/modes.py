@@ -15,6 +15,8 @@ def own_modes(firmware: Firmware, phase: Phase, reaction: Reaction) -> frozenset
     fw = firmware
     back = {fw.offboard, fw.hold, fw.land, way_back(fw, reaction)}
     return {
+        Phase.PROBING: frozenset((fw.offboard,)),
+        Phase.WITHDRAWING: frozenset((fw.offboard, fw.hold)),
         Phase.ARMING: frozenset[Mode](),
         Phase.TAKING_OFF: frozenset((fw.takeoff, fw.hover)),
         Phase.ENGAGING: frozenset((fw.takeoff, fw.hover, fw.offboard)),

@@ -17,6 +17,8 @@ _WAITING_FOR = {
     Phase.IDENTIFYING: ("the vehicle's version and parameters", "is the link two-way?"),
     Phase.PREPARING: ("its parameters as wanted", "is the link two-way? section [parameters] says what is changed"),
     Phase.WAITING: ("ready to arm", "the vehicle's own texts say what it waits for"),
+    Phase.PROBING: ("an answer to mode {offboard}, disarmed, while torques of zero come", "is the link two-way?"),
+    Phase.WITHDRAWING: ("mode {hold}", "it is disarmed; choose another mode than OFFBOARD before it is armed"),
     Phase.ARMING: ("the armed bit in HEARTBEAT", "the command was acknowledged, but the vehicle did not arm"),
     Phase.TAKING_OFF: ("hover at the takeoff altitude", "the vehicle was told to land"),
     Phase.ENGAGING: ("mode {offboard}", "the vehicle was told to land; see its own texts"),
@@ -44,6 +46,17 @@ def no_torque(firmware: Firmware, version: Version) -> VehicleRefused:
     what = f"{firmware.name} {'.'.join(map(str, version))} ignores torque setpoints silently"
     hint = "only PX4 up to 1.13 takes torque over MAVLink (SET_ACTUATOR_CONTROL_TARGET); --depth rate flies the others"
     return VehicleRefused("flight at depth torque", what, hint=hint)
+
+
+def ignores_torque(firmware: Firmware, version: Version, result: str, times: int, said: str) -> VehicleRefused:
+    """The release takes torque over MAVLink, this build of it does not."""
+    name = f"{firmware.name} {'.'.join(map(str, version))}"
+    what = f"this build of {name} ignores torque setpoints: while they come it refuses {firmware.offboard.name}"
+    hint = (
+        "a build with lockstep does that: fly one without (px4_sitl_nolockstep; flight controllers are without), "
+        "or --depth rate; nothing was flown, and what was changed is put back"
+    )
+    return VehicleRefused("flight at depth torque", f"{what} ({result}, {times} times)", said, hint)
 
 
 def not_flown(autopilot: int, vehicle_type: int) -> VehicleRefused:
@@ -79,6 +92,14 @@ def armed_again(mode_name: str) -> FlightEnded:
     """Somebody armed it while its parameters were being put back."""
     return FlightEnded(
         f"the pilot took over: armed again, mode {mode_name}, before its parameters were put back", _RESTORE
+    )
+
+
+def armed_meanwhile(mode_name: str, phase: Phase) -> FlightEnded:
+    """Somebody armed it while it was seen what it takes."""
+    return FlightEnded(
+        f"the pilot took over: armed, mode {mode_name}, while {phase.value}",
+        "the vehicle is in its pilot's hands; nothing was sent to it after that",
     )
 
 

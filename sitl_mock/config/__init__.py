@@ -40,6 +40,8 @@ class MockConfig(Section):
     firmware: Firmware = "auto"
     """Release imitated: PX4 1.13 (takes SET_ACTUATOR_CONTROL_TARGET), 1.15 or 1.16 (acknowledges modes twice);
     ArduCopter 4.7. "auto": 1.13, or 4.7."""
+    lockstep_build: bool = False
+    """PX4 1.13: a build with lockstep, which ignores SET_ACTUATOR_CONTROL_TARGET without a word on the link."""
     system_id: Annotated[int, Field(ge=1, le=255)] = 1
     """MAVLink system id; the component is 1, the autopilot."""
     com_rcl_except: Annotated[int, Field(ge=0, le=31)] = 4

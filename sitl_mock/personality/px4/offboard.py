@@ -28,7 +28,8 @@ _MAGIC_V2, _PAYLOAD_AT, _THRUST_BODY_DOWN_AT = 0xFD, 10, 47
 class OffboardInput:
     """The last setpoint and when it came. Any of the messages keeps OFFBOARD alive.
 
-    `origin` is where NED is zero, `home_altitude_m` the altitude that relative ones count from.
+    `origin` is where NED is zero, `home_altitude_m` the altitude that relative ones count from. A build with lockstep
+    takes no torques.
     """
 
     MESSAGES = (
@@ -38,10 +39,12 @@ class OffboardInput:
         "SET_ACTUATOR_CONTROL_TARGET",
     )
 
-    def __init__(self, firmware: Px4Release, origin: Origin | None = None) -> None:
+    def __init__(
+        self, firmware: Px4Release, origin: Origin | None = None, *, is_lockstep_build: bool = False
+    ) -> None:
         self._origin = origin
         self.home_altitude_m = origin.altitude_m if origin else 0.0
-        self._takes_torque = firmware == "1.13"
+        self._takes_torque = firmware == "1.13" and not is_lockstep_build
         self._received_us: int | None = None
         self.setpoint: Setpoint | None = None
         self._rates_for_a_tick: RatesSetpoint | None = None

@@ -53,7 +53,7 @@ class Px4:
                 port.begin_with(1)
         self._reporter = Reporter(release, ports, config.streams, estimate)
         self._setpoint: inner_loops.Setpoint | None = None
-        self._offboard = OffboardInput(release, self._origin)
+        self._offboard = OffboardInput(release, self._origin, is_lockstep_build=config.lockstep_build)
         commander = self.commander = Commander(
             release,
             self._params,

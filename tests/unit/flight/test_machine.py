@@ -8,24 +8,26 @@ from mavquad.flight.machine import IN_FLIGHT, TRANSITIONS, Event, Phase, next_ph
 
 # One row a phase, one column an event; "." stays.
 COLUMNS = (
-    "FOUND IDENTIFIED PREPARED READY ARMED AIRBORNE ENGAGED MISSION_OVER RELEASED LEFT LANDED DISARMED RESTORED "
+    "FOUND IDENTIFIED PREPARED UNPROVEN PROVEN READY ARMED AIRBORNE ENGAGED MISSION_OVER RELEASED LEFT LANDED DISARMED RESTORED "
     "REFUSED TIMEOUT GUARD TAKEN_OVER LOST STOP"
 )
 SHORT = {"REST": "RESTORING", "BACK": "HANDING_BACK"}
 TABLE = """
-CONNECTING   IDENTIFYING . . . . . . . . . . . . DONE DONE . DONE DONE DONE
-IDENTIFYING  . PREPARING . . . . . . . . . . . DONE DONE . DONE DONE DONE
-PREPARING    . . WAITING . . . . . . . . . . REST REST . DONE DONE REST
-WAITING      . . . ARMING . . . . . . . . . REST REST . DONE DONE REST
-ARMING       . . . . TAKING_OFF . . . . . . . . REST DISARMING . DONE DONE DISARMING
-TAKING_OFF   . . . . . ENGAGING . . . . . REST . DISARMING LANDING . DONE DONE LANDING
-ENGAGING     . . . . . . FLYING . . . . REST . BACK BACK BACK DONE DONE BACK
-FLYING       . . . . . . . BACK . . . REST . . . BACK DONE DONE BACK
-HANDING_BACK . . . . . . . . LANDING DONE . REST . LANDING LANDING . DONE DONE .
-LANDING      . . . . . . . . . . DISARMING REST . . DONE . DONE DONE .
-DISARMING    . . . . . . . . . . . REST . REST REST . DONE DONE .
-RESTORING    . . . . . . . . . . . . DONE . DONE . DONE DONE .
-DONE         . . . . . . . . . . . . . . . . . . .
+CONNECTING   IDENTIFYING . . . . . . . . . . . . . . DONE DONE . DONE DONE DONE
+IDENTIFYING  . PREPARING . . . . . . . . . . . . . DONE DONE . DONE DONE DONE
+PREPARING    . . WAITING . . . . . . . . . . . . REST REST . DONE DONE REST
+WAITING      . . . PROBING . ARMING . . . . . . . . . REST REST . DONE DONE REST
+PROBING      . . . . WITHDRAWING . . . . . . . . . . REST WITHDRAWING . DONE DONE WITHDRAWING
+WITHDRAWING  . . . . . . . . . . WAITING REST . . . . REST . DONE DONE .
+ARMING       . . . . . . TAKING_OFF . . . . . . . . REST DISARMING . DONE DONE DISARMING
+TAKING_OFF   . . . . . . . ENGAGING . . . . . REST . DISARMING LANDING . DONE DONE LANDING
+ENGAGING     . . . . . . . . FLYING . . . . REST . BACK BACK BACK DONE DONE BACK
+FLYING       . . . . . . . . . BACK . . . REST . . . BACK DONE DONE BACK
+HANDING_BACK . . . . . . . . . . LANDING DONE . REST . LANDING LANDING . DONE DONE .
+LANDING      . . . . . . . . . . . . DISARMING REST . . DONE . DONE DONE .
+DISARMING    . . . . . . . . . . . . . REST . REST REST . DONE DONE .
+RESTORING    . . . . . . . . . . . . . . DONE . DONE . DONE DONE .
+DONE         . . . . . . . . . . . . . . . . . . . . .
 """
 
 
