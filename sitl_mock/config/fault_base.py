@@ -66,8 +66,8 @@ class Timed(Section):
 
     since: str = "boot"
     """What `from_s` or `at_s` counts from: "boot" (the start of the mock), the first time that it is "armed", at
-    "takeoff" (off the ground) or in "offboard" (PX4's OFFBOARD when armed, ArduPilot's GUIDED), or the first entry into the mode of
-    that name."""
+    "takeoff" (off the ground) or in "offboard" (PX4's OFFBOARD once armed, ArduPilot's GUIDED), or the first entry into
+    the mode of that name."""
 
 
 class Window(Timed):

@@ -33,13 +33,13 @@ class ScriptedCopter(ScriptedVehicle):
     parameters: dict[str, tuple[int, float]] = field(default_factory=lambda: dict(PARAMETERS))
     goal_m: float = 0.0
 
-    def hear(self, message: Any) -> None:
+    def hear(self, message: Any, name: str) -> None:
         if message.get_type() == "COMMAND_LONG" and message.command == mavlink.MAV_CMD_DO_SET_MODE:
             self.command = message
             asked = mode(int(message.param2))
             self.answers.get(asked.name, lambda _: self.enter(asked))(self)
         else:
-            super().hear(message)
+            super().hear(message, name)
 
     def enter(self, asked: Mode) -> None:
         """A mode that it is told to enter."""

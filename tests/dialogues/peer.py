@@ -37,6 +37,8 @@ ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
 REJECTED = mavlink.MAV_RESULT_TEMPORARILY_REJECTED
 POSCTL = px4.mode(3)
 SETPOINT = "SET_ACTUATOR_CONTROL_TARGET"
+PROBE = {SETPOINT: "zero", "offboard": "probe", "loiter": "withdraw"}
+"""What a message is called while it is probed whether the vehicle takes torques."""
 
 PARAMS = AgentParams(
     link=LinkParams(url="udpin:127.0.0.1:14540"),
@@ -137,7 +139,7 @@ class ScriptedVehicle:
 
     # ------------------------------------------------------------------ what it is told
 
-    def hear(self, message: Any) -> None:
+    def hear(self, message: Any, name: str) -> None:
         kind = message.get_type()
         if kind == "PARAM_REQUEST_READ" and message.param_id in self.parameters:
             type_, value = self.parameters[message.param_id]
@@ -151,7 +153,6 @@ class ScriptedVehicle:
             )
         elif kind == "COMMAND_LONG":
             self.command = message
-            name = command_name(message)
             self.answers.get(name, getattr(type(self), f"do_{name}"))(self)
 
     def do_arm(self) -> None:
@@ -189,6 +190,9 @@ class ScriptedVehicle:
     def do_offboard(self) -> None:
         self.mode = px4.OFFBOARD
         self.ack(ACCEPTED)
+
+    do_probe = do_offboard
+    do_withdraw = do_loiter
 
     # ------------------------------------------------------------------ what it tells
 
@@ -271,7 +275,8 @@ class Sent:
     def name(self) -> str:
         """The command's name, or the message's."""
         kind = self.message.get_type()
-        return command_name(self.message) if kind == "COMMAND_LONG" else kind
+        name = command_name(self.message) if kind == "COMMAND_LONG" else kind
+        return PROBE.get(name, name) if self.phase in (Phase.PROBING, Phase.WITHDRAWING) else name
 
 
 class Dialogue:
@@ -324,7 +329,7 @@ class Dialogue:
         if not self.powered:
             return
         for sent in self.sent[self._heard : heard]:
-            self.vehicle.hear(sent.message)
+            self.vehicle.hear(sent.message, sent.name)
         self._heard = heard
         for frame in self.vehicle.tick():
             self._runner.datagram(frame, self.now_us)
@@ -363,9 +368,14 @@ class Dialogue:
         return stamps
 
     def names(
-        self, *, ignore: tuple[str, ...] = ("HEARTBEAT", "TIMESYNC", "PARAM_REQUEST_READ", "interval", "request")
+        self,
+        *,
+        ignore: tuple[str, ...] = (
+            *("HEARTBEAT", "TIMESYNC", "PARAM_REQUEST_READ", "interval", "request"),
+            *PROBE.values(),
+        ),
     ) -> list[str]:
-        """What was sent, in order, repetitions collapsed."""
+        """What was sent, in order, repetitions collapsed; the probe of the torques left out."""
         names = [sent.name for sent in self.sent if sent.name not in ignore]
         return [name for i, name in enumerate(names) if i == 0 or names[i - 1] != name]
 

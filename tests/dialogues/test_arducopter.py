@@ -142,8 +142,8 @@ def test_the_reactions(reaction, asked, landing) -> None:
 def test_who_arms_it_again_while_its_parameters_are_put_back_is_the_pilot() -> None:
     dialogue = copter(CHANGING).run(Phase.LANDING)
     heard = ScriptedCopter.hear
-    dialogue.vehicle.hear = lambda message: (
-        None if message.get_type() == "PARAM_SET" else heard(dialogue.vehicle, message)
+    dialogue.vehicle.hear = lambda message, name: (
+        None if name == "PARAM_SET" else heard(dialogue.vehicle, message, name)
     )
     dialogue.run(Phase.RESTORING)
     dialogue.vehicle.armed, dialogue.vehicle.mode = True, LOITER

@@ -37,7 +37,9 @@ def test_a_whole_flight_in_its_order():
     dialogue = Dialogue().run()
     setpoint = "SET_ACTUATOR_CONTROL_TARGET"
     assert dialogue.names() == ["arm", "takeoff", setpoint, "offboard", setpoint, "loiter", setpoint, "land"]
-    assert dialogue.phases == [phase.value for phase in Phase if phase is not Phase.DISARMING]
+    in_order = [phase.value for phase in Phase if phase is not Phase.DISARMING]
+    in_order.insert(in_order.index("arming"), "waiting")  # again, once it is known to take torques
+    assert dialogue.phases == in_order
     assert dialogue.agent.error is None
     assert not dialogue.agent.interrupted
     assert dialogue.agent.status().safe_setpoints == 0

@@ -73,11 +73,11 @@ def test_the_pilot_who_takes_over_gets_no_parameters_set_in_the_air():
 
 def test_a_vehicle_that_keeps_its_value_is_refused_and_named():
     class Stubborn(ScriptedVehicle):
-        def hear(self, message):
+        def hear(self, message, name):
             if message.get_type() == "PARAM_SET":
                 self.say(mavlink.MAVLink_param_value_message(b"COM_OF_LOSS_T", 1.0, REAL, 700, 1))
             else:
-                super().hear(message)
+                super().hear(message, name)
 
     dialogue = Dialogue(Stubborn(), CHANGING).run()
     assert isinstance(dialogue.agent.error, VehicleRefused)

@@ -13,6 +13,8 @@ ENDINGS = {
     Phase.CONNECTING: ["done"],
     Phase.IDENTIFYING: ["done"],
     Phase.WAITING: ["restoring", "done"],
+    Phase.PROBING: ["withdrawing", "restoring", "done"],
+    Phase.WITHDRAWING: ["restoring", "done"],
     Phase.ARMING: ["disarming", "restoring", "done"],
     Phase.TAKING_OFF: ["landing", "restoring", "done"],
     Phase.ENGAGING: ["handing back", "landing", "restoring", "done"],

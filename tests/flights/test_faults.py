@@ -25,15 +25,15 @@ def test_takeoff_refused_disarms_again() -> None:
 
 
 def test_offboard_refused_lands() -> None:
-    # The first mode change is the one to OFFBOARD.
-    flight = fly(faults=[{"kind": "refuse", "command": 176, "result": 1, "times": 1}])
+    # The first mode change in the air is the one to OFFBOARD.
+    flight = fly(faults=[{"kind": "refuse", "command": 176, "result": 1, "times": 1, "since": "takeoff"}])
     assert flight.exit_code == 3
     assert "mode OFFBOARD (TEMPORARILY_REJECTED)" in str(flight.agent.error)
     assert landed_safely(flight)
 
 
 def test_offboard_acknowledged_but_not_entered() -> None:
-    flight = fly(faults=[{"kind": "ack_without_acting", "command": 176, "times": 1}])
+    flight = fly(faults=[{"kind": "ack_without_acting", "command": 176, "times": 1, "since": "takeoff"}])
     assert flight.exit_code == 3
     assert "acknowledged ACCEPTED, but HEARTBEAT stays in AUTO.LOITER" in str(flight.agent.error)
     assert landed_safely(flight)

@@ -39,9 +39,7 @@ class OffboardInput:
         "SET_ACTUATOR_CONTROL_TARGET",
     )
 
-    def __init__(
-        self, firmware: Px4Release, origin: Origin | None = None, *, is_lockstep_build: bool = False
-    ) -> None:
+    def __init__(self, firmware: Px4Release, origin: Origin | None = None, *, is_lockstep_build: bool = False) -> None:
         self._origin = origin
         self.home_altitude_m = origin.altitude_m if origin else 0.0
         self._takes_torque = firmware == "1.13" and not is_lockstep_build
