@@ -40,7 +40,7 @@ class FlightParams(Section):
     """To change its parameters."""
     ready_s: float = Field(default=120.0, gt=0.0, le=600.0)
     """Until it can be armed; estimators need their time (ArduCopter 42 s from its start, PX4 1.15 38 s)."""
-    probe_s: float = Field(default=5.0, gt=1.5, le=60.0)
+    probe_s: float = Field(default=15.0, gt=5.0, le=60.0)
     """Depth torque: to see whether it takes torques, and again to leave the offboard mode afterwards."""
     arm_s: float = Field(default=5.0, gt=0.0, le=60.0)
     """To arm."""

@@ -305,7 +305,7 @@ class Captain:
         self._check_preparation()
         self._send_all(self._probe.on_deadline(self._target, self._now_us))
         repeated = self._exchange.on_deadline(self._target, self._now_us)
-        if repeated is Reply.TIMEOUT and self.phase is not Phase.LANDING:
+        if repeated is Reply.TIMEOUT and self.phase not in (Phase.LANDING, Phase.WITHDRAWING):
             self._fire(Event.TIMEOUT, reasons.unanswered(self._exchange, self._said(), self._now_us))
         elif repeated is not None and repeated is not Reply.TIMEOUT:
             self._send(repeated)
@@ -500,7 +500,6 @@ class Captain:
         self._probe.start(self._now_us)
 
     def _enter_withdrawing(self) -> None:
-        self._probe.withdraw()
         if not self._probe.asked:
             self._on_withdrawn()
         else:
@@ -528,6 +527,8 @@ class Captain:
         if self.phase is Phase.PROBING:
             self._probe.proven |= offboard
             self._check_probe()
+            if self.phase is Phase.PROBING:
+                self._send_all(self._probe.on_heartbeat(self._target, self._now_us))
         elif not offboard and (changed is not None or not self._exchange.pending):
             self._on_withdrawn()
         elif offboard and not self._exchange.pending:
@@ -697,7 +698,7 @@ class Captain:
             self._check_identity()
             return
         if self.phase is Phase.PROBING:
-            self._probe.on_ack(message, self._now_us)
+            self._probe.on_ack(message)
             self._check_probe()
             return
         reply = self._exchange.on_ack(message)

@@ -17,7 +17,7 @@ _WAITING_FOR = {
     Phase.IDENTIFYING: ("the vehicle's version and parameters", "is the link two-way?"),
     Phase.PREPARING: ("its parameters as wanted", "is the link two-way? section [parameters] says what is changed"),
     Phase.WAITING: ("ready to arm", "the vehicle's own texts say what it waits for"),
-    Phase.PROBING: ("an answer to mode {offboard}, disarmed, while torques of zero come", "is the link two-way?"),
+    Phase.PROBING: ("mode {offboard} while torques of zero come", "is the link two-way?"),
     Phase.WITHDRAWING: ("mode {hold}", "it is disarmed; choose another mode than OFFBOARD before it is armed"),
     Phase.ARMING: ("the armed bit in HEARTBEAT", "the command was acknowledged, but the vehicle did not arm"),
     Phase.TAKING_OFF: ("hover at the takeoff altitude", "the vehicle was told to land"),

@@ -17,9 +17,8 @@ ZERO_US = 20_000
 """Between two setpoints, all of them zero."""
 BEFORE_ASKING_US = 400_000
 """One setpoint would do, where none is lost."""
-ASK_AGAIN_US = 300_000
-REFUSALS = 4
-"""So often in a row the answer must be no: some 60 setpoints, and a HEARTBEAT, have had the time to arrive by then."""
+REFUSALS = 3
+"""So often the answer must be no: more than a hundred setpoints have had the time to arrive by then."""
 
 Target = tuple[int, int]
 
@@ -31,7 +30,6 @@ class TorqueProbe:
         asked: whether the offboard mode was asked for.
         proven: whether the vehicle took it.
         refusals: how often it did not.
-        result: its last answer, a name of MAV_RESULT.
     """
 
     def __init__(self, offboard: Mode) -> None:
@@ -44,7 +42,8 @@ class TorqueProbe:
         self.refusals = 0
 
     @property
-    def result(self) -> str:  # noqa: D102 - see the class
+    def result(self) -> str:
+        """The last answer, a name of MAV_RESULT."""
         return self._exchange.result
 
     @property
@@ -53,45 +52,37 @@ class TorqueProbe:
         return self.refusals >= REFUSALS
 
     def start(self, now_us: int) -> None:
-        """Begin with the setpoints."""
+        """Begin with the setpoints; they go on until `stop`, also on the way back, lest their loss changes the mode."""
         self._zero_us = now_us
         self._ask_us = now_us + BEFORE_ASKING_US
 
-    def withdraw(self) -> None:
-        """Ask no more; the setpoints go on, lest the loss of them changes the mode."""
-        self._ask_us = NEVER_US
-        self._exchange.cancel()
-
     def stop(self) -> None:
         """Nothing more is sent."""
-        self.withdraw()
         self._zero_us = NEVER_US
 
     def next_deadline_us(self) -> int:
-        """When the next setpoint or the next question is due."""
-        return min(self._zero_us, self._ask_us, self._exchange.next_deadline_us())
+        """When the next setpoint is due."""
+        return self._zero_us
 
     def on_deadline(self, target: Target, now_us: int) -> list[Message]:
-        """Whatever is due."""
-        due: list[Message] = []
-        if now_us >= self._zero_us:
-            self._zero_us = now_us + ZERO_US
-            due.append(setpoints.torque_setpoint(now_us, (0.0, 0.0, 0.0, 0.0), *target))
-        if now_us >= self._ask_us:
-            self._ask_us = NEVER_US
-            self.asked = True
-            due.append(self._exchange.request(commands.set_mode(self._offboard), target, now_us))
-        repeated = self._exchange.on_deadline(target, now_us)
-        if repeated is not None and not isinstance(repeated, Reply):
-            due.append(repeated)
-        return due
+        """The setpoint, when it is due."""
+        if now_us < self._zero_us:
+            return []
+        self._zero_us = now_us + ZERO_US
+        return [setpoints.torque_setpoint(now_us, (0.0, 0.0, 0.0, 0.0), *target)]
 
-    def on_ack(self, ack: Message, now_us: int) -> None:
-        """Take in a COMMAND_ACK. One question, asked twice, may be answered twice: a refusal counts once."""
+    def on_heartbeat(self, target: Target, now_us: int) -> list[Message]:
+        """The question, right behind a HEARTBEAT that shows the mode unchanged: no choice of the pilot's is overrun."""
+        if now_us < self._ask_us:
+            return []
+        self.asked = True
+        return [self._exchange.request(commands.set_mode(self._offboard), target, now_us)]
+
+    def on_ack(self, ack: Message) -> None:
+        """Take in a COMMAND_ACK. An answer that comes twice counts once."""
         was_pending = self._exchange.pending
         reply = self._exchange.on_ack(ack)
         if reply is Reply.ACCEPTED:
             self.proven = True
         elif reply is Reply.REFUSED and was_pending:
             self.refusals += 1
-            self._ask_us = now_us + ASK_AGAIN_US

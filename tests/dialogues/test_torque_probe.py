@@ -63,13 +63,15 @@ def test_zeros_flow_offboard_is_asked_for_and_left_again_before_it_is_armed():
     assert {tuple(sent.message.controls) for sent in zeros} == {(0.0,) * 8}
     assert {(m.group_mlx, m.target_system, m.target_component) for m in (sent.message for sent in zeros)} == {(0, 1, 1)}
     assert {b.stamp_us - a.stamp_us for a, b in pairwise(zeros)} == {20_000}
-    assert probe.stamp_us - zeros[0].stamp_us == 400_000
+    assert probe.stamp_us - zeros[0].stamp_us >= 400_000
+    # Right behind a HEARTBEAT: a pilot's choice in the second before would have been seen.
+    heartbeats = [stamp for stamp, frame, outbound in dialogue.record if not outbound and frame[7:10] == bytes(3)]
+    assert probe.stamp_us in heartbeats
     assert withdraw.stamp_us > probe.stamp_us
     assert dialogue.vehicle.mode == px4.LOITER
     assert dialogue.phases[-5:] == ["waiting", "probing", "withdrawing", "waiting", "arming"]
     # They go on until HEARTBEAT shows that it has left the mode: the loss of them would change it.
     assert {sent.phase for sent in zeros} == {Phase.PROBING, Phase.WITHDRAWING}
-    heartbeats = [stamp for stamp, frame, outbound in dialogue.record if not outbound and frame[7:10] == bytes(3)]
     assert 0 <= heartbeats[-1] - zeros[-1].stamp_us <= 20_000
     assert dialogue.agent.status().setpoints_sent == 0
     assert dialogue.of(SETPOINT) == []
@@ -86,12 +88,12 @@ def test_a_build_that_ignores_torques_is_refused_on_the_ground():
     assert on_the_ground(dialogue)
     assert dialogue.phases[-3:] == ["probing", "restoring", "done"]
     asked = [sent.stamp_us for sent in dialogue.of("probe")]
-    assert len(asked) == REFUSALS == 4
-    assert min(b - a for a, b in pairwise(asked)) >= 300_000
+    assert len(asked) == REFUSALS == 3
+    assert min(b - a for a, b in pairwise(asked)) >= 1_000_000
     assert dialogue.of("withdraw") == []  # its mode never changed
 
 
-@pytest.mark.parametrize("refusals", [1, 3])
+@pytest.mark.parametrize("refusals", [1, 2])
 def test_a_few_refusals_decide_nothing(refusals):
     def act(vehicle):
         first = len(dialogue.of("probe")) <= refusals
@@ -118,8 +120,8 @@ def test_an_acceptance_without_its_ack_is_seen_in_heartbeat():
 def test_a_vehicle_that_does_not_answer_is_left_on_the_ground():
     dialogue = probed(silent).run()
     assert dialogue.agent.error.exit_code == 3
-    assert "an answer to mode OFFBOARD" in dialogue.agent.error.message
-    assert "(waited 5.0 s)" in dialogue.agent.error.message
+    assert "mode OFFBOARD while torques of zero come" in dialogue.agent.error.message
+    assert "(waited 15.0 s)" in dialogue.agent.error.message
     assert len(dialogue.of("withdraw")) == 1  # it may be in the mode all the same
     assert dialogue.phases[-4:] == ["probing", "withdrawing", "restoring", "done"]
     assert on_the_ground(dialogue)
@@ -151,7 +153,7 @@ def test_hold_without_its_ack_is_seen_in_heartbeat():
 @pytest.mark.parametrize("hold", [answer(ACCEPTED), answer(REJECTED), silent])
 def test_a_vehicle_that_does_not_leave_offboard_is_not_armed(hold):
     dialogue = probed(withdraw=hold).run()
-    assert "mode AUTO.LOITER (waited 5.0 s" in dialogue.agent.error.message
+    assert "mode AUTO.LOITER (waited 15.0 s" in dialogue.agent.error.message
     assert "before it is armed" in dialogue.agent.error.hint
     assert len(dialogue.of("withdraw")) >= 5
     assert dialogue.phases[-4:] == ["probing", "withdrawing", "restoring", "done"]
@@ -173,13 +175,10 @@ def test_the_last_resort_is_the_hold_mode_alone():
 @pytest.mark.parametrize("mode", [POSCTL, px4.OFFBOARD, px4.RTL])
 def test_a_mode_change_before_it_is_asked_for_one_is_the_pilots(mode):
     dialogue = Dialogue(ScriptedVehicle(prearm=False)).run_for(5.0)
-    # The next HEARTBEAT comes right behind the beginning.
-    dialogue.run(lambda: dialogue.vehicle.due(1000, at_ms=980))
     dialogue.vehicle.prearm = True
-    dialogue.deliver(mavlink.MAVLink_sys_status_message(*[0x10000000] * 3, 0, 65535, -1, -1, 0, 0, 0, 0, 0, 0))
-    dialogue.run(Phase.PROBING, 0.02)
+    dialogue.run(Phase.PROBING).run_for(0.05)
     dialogue.vehicle.mode = mode
-    dialogue.run(Phase.DONE, 0.1)
+    dialogue.run(Phase.DONE, 1.0)
     assert dialogue.of("probe") == []
     assert in_pilots_hands(dialogue)
 
@@ -189,7 +188,7 @@ def test_a_mode_change_while_it_is_asked_is_the_pilots(mode):
     def pilot(vehicle):
         vehicle.mode = mode
 
-    dialogue = probed(pilot).run(Phase.DONE, 10.0)
+    dialogue = probed(pilot).run(Phase.DONE, 17.0)
     assert f"mode {mode.name} while probing" in dialogue.agent.error.message
     assert in_pilots_hands(dialogue)
 
@@ -199,7 +198,7 @@ def test_a_mode_change_on_the_way_back_is_the_pilots(mode):
     def pilot(vehicle):
         vehicle.mode = mode
 
-    dialogue = probed(withdraw=pilot).run(Phase.DONE, 10.0)
+    dialogue = probed(withdraw=pilot).run(Phase.DONE, 17.0)
     assert f"mode {mode.name} while withdrawing" in dialogue.agent.error.message
     assert in_pilots_hands(dialogue)
 
@@ -210,7 +209,7 @@ def test_who_arms_it_meanwhile_is_the_pilot(phase):
         vehicle.armed = True
 
     answers = {Phase.PROBING: {"probe": arms}, Phase.WITHDRAWING: {"withdraw": arms}}[phase]
-    dialogue = probed(**answers).run(Phase.DONE, 10.0)
+    dialogue = probed(**answers).run(Phase.DONE, 17.0)
     assert f"armed, mode {dialogue.vehicle.mode.name}, while {phase.value}" in dialogue.agent.error.message
     assert in_pilots_hands(dialogue)
 
