@@ -246,6 +246,22 @@ def test_nan_rates_are_not_corrected():
     assert offboard.setpoint == RatesSetpoint((None, 0.2, None), 0.5)
 
 
+# --- on the ground, disarmed (seen on 1.13.3, built without lockstep and with it) --------------------------------------
+
+
+@pytest.mark.parametrize(("lockstep_build", "taken"), [(False, ["torque", "rates"]), (True, ["rates"])])
+def test_a_build_with_lockstep_enters_offboard_on_no_torques(pilot, lockstep_build, taken):
+    for setpoint in ("torque", "rates"):
+        p = pilot(lockstep_build=lockstep_build).run(1.1)
+        assert p.offboard() == [TEMPORARILY_REJECTED]
+        p.stream(lambda q, name=setpoint: getattr(q, name)(thrust=0.0), 0.5)
+        p.forget()
+        assert p.offboard() == [ACCEPTED if setpoint in taken else TEMPORARILY_REJECTED]
+        p.stream(lambda q, name=setpoint: getattr(q, name)(thrust=0.0), 1.1)
+        assert p.messages("HEARTBEAT")[-1].custom_mode == (0x00060000 if setpoint in taken else 0x03040000)
+        assert p.texts() == []
+
+
 # --- the stream stops ------------------------------------------------------------------------------------------------
 
 

@@ -86,6 +86,19 @@ def test_since_offboard_does_not_start_before(pilot):
     assert p.run(0.5).frames == []
 
 
+def test_since_offboard_counts_from_when_it_is_armed_too(pilot):
+    p = pilot(faults=[{"kind": "silent", "from_s": 0.0, "for_s": 9.0, "since": "offboard"}]).run(1.1)
+    p.torque(thrust=0.0)
+    p.offboard()
+    assert p.mock.mode == "OFFBOARD"
+    p.forget()
+    assert p.stream(lambda q: q.torque(thrust=0.0), 0.5).frames != []
+    p.command(400, 1)
+    p.run(0.1)
+    p.forget()
+    assert p.stream(lambda q: q.torque(thrust=0.0), 0.5).frames == []
+
+
 @pytest.mark.parametrize(
     ("fault", "key"),
     [
