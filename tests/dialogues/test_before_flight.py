@@ -140,7 +140,7 @@ def test_every_other_release_is_armed(version, depth):
 def test_an_unknown_parameter_does_not_hold_up_the_flight():
     vehicle = ScriptedVehicle()
     del vehicle.parameters["COM_RCL_EXCEPT"]
-    dialogue = Dialogue(vehicle).run(Phase.ARMING, 6.0)
+    dialogue = Dialogue(vehicle).run(Phase.ARMING, 8.0)
     asked = [sent.message.param_id for sent in dialogue.of("PARAM_REQUEST_READ")]
     assert asked.count("COM_RCL_EXCEPT") == 12
     assert asked.count("MIS_TAKEOFF_ALT") == 1
