@@ -8,7 +8,7 @@ import pytest
 
 from mavquad.flight.machine import Phase
 from mavquad.flight.parameters import VehicleParameters
-from mavquad.flight.torque_probe import REFUSALS
+from mavquad.flight.torque_probe import REFUSALS, TorqueProbe
 from mavquad.protocol.codec import mavlink
 from mavquad.protocol.firmware import px4
 from tests.dialogues.peer import (
@@ -77,6 +77,15 @@ def test_zeros_flow_offboard_is_asked_for_and_left_again_before_it_is_armed():
     assert dialogue.of(SETPOINT) == []
 
 
+def test_a_heartbeat_right_behind_the_beginning_is_too_early_to_ask():
+    probe = TorqueProbe(px4.OFFBOARD)
+    probe.start(1_000_000)
+    assert [probe.on_heartbeat((1, 1), stamp) for stamp in (1_000_000, 1_399_996)] == [[], []]
+    assert not probe.asked
+    assert len(probe.on_heartbeat((1, 1), 1_400_000)) == 1
+    assert probe.asked
+
+
 def test_a_build_that_ignores_torques_is_refused_on_the_ground():
     dialogue = probed(answer(REJECTED)).run()
     error = dialogue.agent.error
@@ -115,6 +124,7 @@ def test_an_acceptance_without_its_ack_is_seen_in_heartbeat():
     dialogue = probed(switched).run(Phase.WITHDRAWING)
     assert dialogue.vehicle.mode == px4.OFFBOARD
     assert dialogue.run().agent.error is None
+    assert len(dialogue.of("probe")) == 1
 
 
 def test_a_vehicle_that_does_not_answer_is_left_on_the_ground():
