@@ -774,6 +774,9 @@ class Captain:
             if self.phase is Phase.TAKING_OFF:
                 self._delay.take(self._sync.age_us(attitude.stamp_us, self._now_us))
             self._trip(self._control.guards.on_attitude(attitude, self._now_us))
+            words = self._control.law.take_words()
+            if words:
+                self._note("law", words)
             # Where positions step the law and are late, it flies on its prediction.
             self._fly(self._control.law.steps_on_attitude or self._control.pose.authority(self._now_us) < 1.0)
 

@@ -22,7 +22,7 @@ from mavquad.control.limits import demand
 from mavquad.control.params import LawParams
 from mavquad.control.reference import shifted
 from mavquad.control.saturation import is_saturated, smooth_saturation
-from mavquad.control.tuning import tuning
+from mavquad.control.tuning import Tuning, tuning
 from mavquad.frames import unwrap_near, wrap_pi
 from mavquad.types import (
     Attitude,
@@ -91,7 +91,7 @@ class Controller:
         self._tune = tune = tuning(params, depth)
         self._estimator = Estimator(tune, position, attitude, specific_thrust_m_s2)
         self._length = tune.horizontal.spec.length
-        self._ratios = (tune.vertical.ratios, tune.yaw.ratios, tune.horizontal.ratios, tune.horizontal.ratios)
+        self._ratios = _ratios(tune)
         self._thrust = Integrator(tune.vertical.integrators, specific_thrust_m_s2)
         self._yaw_input = Integrator(tune.yaw.integrators, 0.0)
         self._yaw_sent_rad = attitude.yaw_rad
@@ -103,6 +103,17 @@ class Controller:
     def estimator(self) -> Estimator:
         """The observer."""
         return self._estimator
+
+    @property
+    def arrives_us(self) -> int:
+        """When the latest command acts."""
+        return self._arrive_us
+
+    def retune(self, params: LawParams) -> None:
+        """Other gains, lags and dead times from now on, of the same form and measurements; nothing else changes."""
+        self._tune = tuning(params, self._tune.depth)
+        self._ratios = _ratios(self._tune)
+        self._estimator.retune(self._tune)
 
     def observe_attitude(self, attitude: Attitude) -> bool:
         """Take in an attitude; False when it brings nothing new."""
@@ -287,6 +298,10 @@ class Controller:
             inputs,
             active,
         )
+
+
+def _ratios(tune: Tuning) -> tuple[Channel, Channel, Channel, Channel]:
+    return (tune.vertical.ratios, tune.yaw.ratios, tune.horizontal.ratios, tune.horizontal.ratios)
 
 
 def _before(derivatives: tuple[float, ...], age_s: float) -> float:

@@ -62,9 +62,20 @@ class Estimator:
         self._place, self._turn = Together(x, y, z), Together(yaw)
         # x, y and z go through the same intervals where their actuators are alike.
         self._alike = _actuator(z.spec) == _actuator(x.spec)
-        self._oldest_us = max(tune.vertical.spec.dead_us, tune.horizontal.spec.dead_us, tune.yaw.spec.dead_us)
+        self._oldest_us = _oldest_us(tune)
         if tune.state_feedback:
             self._copy_state()
+
+    def retune(self, tune: Tuning) -> None:
+        """Other gains, lags and dead times from now on, of the same measurements; the estimate stays."""
+        self._tune = tune
+        for chain, kind in zip(self.chains, (tune.vertical, tune.yaw, tune.horizontal, tune.horizontal), strict=True):
+            chain.retune(kind.spec)
+        self._place.retune()
+        self._turn.retune()
+        z, _, x, _ = self.chains
+        self._alike = _actuator(z.spec) == _actuator(x.spec)
+        self._oldest_us = _oldest_us(tune)
 
     def _begun(self, push: Vec3, held: Vec3) -> tuple[Chain, Chain, Chain, Chain]:
         """At rest but for velocity and yaw rate; what the thrust does not hold is the wind's."""
@@ -237,6 +248,11 @@ class Estimator:
         if self.commands[-1][0] < arrive_us:
             return self.commands
         return tuple(command for command in self.commands if command[0] < arrive_us) or self.commands[:1]
+
+
+def _oldest_us(tune: Tuning) -> int:
+    """How far back the observer looks for commands."""
+    return max(tune.vertical.spec.dead_us, tune.horizontal.spec.dead_us, tune.yaw.spec.dead_us)
 
 
 def _actuator(spec: ChainSpec) -> tuple[int, float, int]:

@@ -134,6 +134,12 @@ class Chain:
         """The disturbance beside the input."""
         return self.values[-1]
 
+    def retune(self, spec: ChainSpec) -> None:
+        """Other gains, lag and dead time for the same rows; the estimate stays."""
+        self.spec = spec
+        self._gains = [row.gains for row in spec.rows]
+        self._responses = responses(spec.length, spec.lag_s)
+
     def span(self, commands: tuple[Command, ...], from_us: int, to_us: int) -> Interval:
         """What the commands do between two moments; of use to every chain of the same kind."""
         dead_us = self.spec.dead_us
@@ -186,6 +192,10 @@ class Together:
         self._rows = chains[0].code.rows
         self._gains = [row.gains for row in chains[0].spec.rows]
         self._corrected_us = list(chains[0]._corrected_us)
+
+    def retune(self) -> None:
+        """The chains have other gains."""
+        self._gains = [row.gains for row in self._chains[0].spec.rows]
 
     def take(self, row: int, measured: Sequence[float], stamp_us: int, late_us: int = 0) -> None:
         """Take in what one row measured of each; see `Chain.correct`."""

@@ -125,6 +125,9 @@ class LawParams(Section):
     """The paper's a_x = a_y = a_z as far as known, 1/s. 0 leaves it to sigma, as the paper does."""
     angular_friction_1_s: Friction = None
     """The paper's a_psi = a_theta = a_phi likewise, 1/s. Depth torque."""
+    inner_loop: Literal["measured", "told"] = "measured"
+    """Whether the law, at depths rate and attitude, goes by how late roll and pitch are seen to answer in flight, where that
+    is another time than `dead_time_s` + `lag_s` (both "auto"), and by gains that are as much lower: "measured", or "told"."""
     delay_s: Annotated[Annotated[float, Field(ge=0.0, le=0.3)] | None, *_AUTO] = None
     """From the stamp of a measurement until the command that was computed from it arrives at the autopilot, s. "auto": as
     TIMESYNC shows it in the takeoff; 25 ms where it does not."""

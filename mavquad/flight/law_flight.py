@@ -12,6 +12,7 @@ from mavquad.control.reference import Pose, hold
 from mavquad.control.tuning import ACCELERATION, tuning
 from mavquad.flight.airframe import AirframeParams, HoverThrust
 from mavquad.flight.guards import tilt_rad
+from mavquad.flight.inner_loop import InnerLoop
 from mavquad.flight.mission import Mission, MissionParams
 from mavquad.flight_record import TraceRow
 from mavquad.frames import euler_flipped
@@ -48,12 +49,13 @@ class LawFlight:
         streams: StreamParams,
         hover: HoverThrust,
     ) -> None:
-        self._law = law
+        self._own = self._law = law
         self._airframe = airframe
         self._mission_params = mission
         self._streams = streams
         self._hover = hover
         self._controller: Controller | None = None
+        self._inner_loop: InnerLoop | None = None
         self._origin: Pose | None = None
         self._mission: Mission | None = None
         self.in_control = False
@@ -79,11 +81,27 @@ class LawFlight:
         """An attitude corrects what it measures."""
         if self._controller is not None and self.in_control:
             self._controller.observe_attitude(attitude)
+            self._heed(attitude)
 
     def take_position(self, position: Position) -> None:
         """A position likewise."""
         if self._controller is not None and self.in_control:
             self._controller.observe_position(position)
+
+    def _heed(self, attitude: Attitude) -> None:
+        """The law goes on as the autopilot's inner loop is found to be."""
+        assert self._controller is not None and self._inner_loop is not None
+        better = self._inner_loop.answer(attitude)
+        if better is not None:
+            self._law = better
+            self._controller.retune(within_controls(better, self._airframe, self._hover.norm))
+
+    def take_words(self) -> str:
+        """What was found out in flight since the last call; "" where nothing was."""
+        if self._inner_loop is None:
+            return ""
+        words, self._inner_loop.words = self._inner_loop.words, ""
+        return words
 
     def start_mission(self, stamp_us: int) -> None:
         """Let the mission begin where the law took over, at this moment of the vehicle's clock."""
@@ -123,6 +141,8 @@ class LawFlight:
             self._begin(position, attitude)
         assert self._controller is not None
         command = self._controller.command(self.reference, authority)
+        if self._inner_loop is not None:
+            self._inner_loop.command(command, self._controller.arrives_us)
         assert self._controller.trace is not None
         return self._row(command, self._controller.trace, now_us, phase)
 
@@ -134,7 +154,8 @@ class LawFlight:
     def _begin(self, position: Position, attitude: Attitude) -> None:
         # The thrust that holds this hover: T cos(tilt) = g.
         trim_m_s2 = GRAVITY_M_S2 / math.cos(tilt_rad(attitude))
-        law = within_controls(self._law, self._airframe, self._hover.norm)
+        self._inner_loop = InnerLoop(self._own, self._law, self.depth)
+        law = within_controls(self._inner_loop.law, self._airframe, self._hover.norm)
         self._controller = Controller(law, self.depth, position, attitude, trim_m_s2)
         self._origin = Pose(position.position_nwu_m, attitude.yaw_rad)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import itertools
 import math
 import random
@@ -586,3 +587,17 @@ def test_the_papers_own_form_is_a_configuration() -> None:
     assert tune.constant_gain
     assert (tune.yaw.spec.length, tune.yaw.integrators, tune.vertical.integrators) == (4, 2, 2)
     assert tune.yaw.gammas != tune.vertical.gammas  # a bandwidth of its own
+
+
+@pytest.mark.parametrize("depth", ["rate", "attitude"])
+def test_other_gains_in_flight_change_no_estimate_and_act_at_once(depth: Depth) -> None:
+    usual, low = LawParams(), LawParams(omega0_rad_s=1.0, kappa_rad_s=3.0, dead_time_s=0.2)
+    law, _ = _disturbed(usual, depth)
+    memory, same, other = _memory(law), copy.deepcopy(law), copy.deepcopy(law)
+    same.retune(usual)
+    other.retune(low)
+    assert _memory(other) == memory
+    commands = [each.command(lambda _: _hold(x=0.2, y=0.2)) for each in (law, same, other)]
+    assert commands[0] == commands[1]
+    assert math.hypot(*_turn(commands[2])[:2]) < 0.7 * math.hypot(*_turn(commands[0])[:2])
+    assert other.estimator.chains[2].spec == tuning(low, depth).horizontal.spec
