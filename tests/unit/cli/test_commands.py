@@ -225,7 +225,7 @@ def test_a_truncated_flight_says_what_is_missing(cli, run_dir, tmp_path):
     copy.mkdir()
     for name in ("config.toml", "events.jsonl"):
         (copy / name).write_bytes((run_dir / name).read_bytes())
-    (copy / "flight.tlog").write_bytes((run_dir / "flight.tlog").read_bytes()[:-3000])
+    (copy / "flight.tlog").write_bytes((run_dir / "flight.tlog").read_bytes()[:-3001])
     code, out, _ = cli("replay", str(copy / "flight.tlog"), "--json")
     assert code == 5
     assert json.loads(out)["bad_bytes"] > 0

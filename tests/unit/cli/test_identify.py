@@ -82,8 +82,8 @@ def cut(flight: Path, path: Path, least_s: float, most_s: float) -> None:
 @pytest.mark.parametrize(
     ("most_s", "words"),
     [
-        (1.9, "no attitude, rate or torque setpoints in it"),
-        (7.0, "nothing can be identified from the autopilot's own commands"),
+        (1.0, "no attitude, rate or torque setpoints in it"),
+        (7.0, "nothing can be identified: too little data: 0 answers"),
         (10.5, "nothing can be identified: too little data"),
     ],
 )
