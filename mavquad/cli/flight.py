@@ -153,7 +153,8 @@ class Flight:
     @staticmethod
     def _link(agent: Agent, runner: Runner) -> dict[str, int]:
         """Frames lost on the way here, chunks with damage, frames of unknown messages and of others than the vehicle,
-        frames that bear its name and are not its own, and frames that are not rightly signed.
+        frames that bear its name and are not its own, frames that are not rightly signed, and frames of the vehicle that
+        came twice, or HEARTBEATs after a later one.
 
         Strangers are datagrams that came from elsewhere than the vehicle's address; dropped are frames of ours that
         could not be sent.
@@ -167,6 +168,7 @@ class Flight:
             "foreign": agent.link.foreign,
             "forged": agent.link.forged,
             "rejected": agent.link.rejected.total(),
+            "out_of_order": agent.link.out_of_order.total(),
             "strangers": runner.strangers,
             "dropped": runner.dropped,
         }

@@ -8,6 +8,7 @@ from pydantic import Field, field_validator
 
 from mavquad.errors import EndpointError
 from mavquad.protocol.codec import Encoder, Message, decode, frame_source, frame_version, mavlink, message_id
+from mavquad.protocol.frame_order import FrameOrder, OutOfOrder
 from mavquad.protocol.signing import Fault, Signing
 from mavquad.schema import Section
 from mavquad.url import MOCK, parse_url, speaks_first
@@ -67,12 +68,14 @@ class Link:
 
     Some frames that say they are the vehicle's are not: one of MAVLink 1 once the vehicle has spoken MAVLink 2 (it does
     not go back), and a HEARTBEAT of another type or autopilot. Forgers of both kinds were seen. A forger who does better
-    can only be told by signatures: with a key, what is not rightly signed is not taken.
+    can only be told by signatures: with a key, what is not rightly signed is not taken. Frames that come twice, and
+    HEARTBEATs that come after a later one, are not taken either (`mavquad.protocol.frame_order`).
 
     Attributes:
         vehicle: (system id, component id) once locked.
         foreign: frames of anybody else since then.
         forged: frames that bear the vehicle's name and are not its own.
+        out_of_order: frames of the vehicle not taken, by what was wrong with their order.
         rejected: frames not taken, by what was wrong with their signature.
         last_heard_us: when the vehicle was last heard.
     """
@@ -83,9 +86,11 @@ class Link:
         self._signing = None if key is None else Signing(key, params.signing_link_id)
         self._kind = (0, 0)
         self._is_v2 = False
+        self._order = FrameOrder()
         self.vehicle: tuple[int, int] | None = None
         self.foreign = 0
         self.forged = 0
+        self.out_of_order: Counter[OutOfOrder] = Counter()
         self.rejected: Counter[Fault] = Counter()
         self.last_heard_us = 0
 
@@ -108,6 +113,9 @@ class Link:
             return False
         if self._is_forged(frame):
             self.forged += 1
+            return False
+        if (disorder := self._order.fault(frame, message_id(frame) == HEARTBEAT_ID, now_us)) is not None:
+            self.out_of_order[disorder] += 1
             return False
         self.last_heard_us = now_us
         return True

@@ -16,6 +16,7 @@ from tests.support import LockstepFlight, prepare, run
 LIMIT_S = 400.0
 AFTERWARDS_S = 60.0
 STEADY_S = 8.0
+COPIES_US = 5_000_000
 OFFBOARD = {"PX4": 6 << 16, "ArduCopter": 4}
 SETPOINTS = frozenset(
     (
@@ -122,14 +123,16 @@ def sent_after_take_over(flight: LockstepFlight) -> int | None:
     ours = OFFBOARD["ArduCopter" if flight.config.mock["autopilot"] == "ardupilot" else "PX4"]
     flew = left = False
     shown = -1
-    heartbeats = InOrder()
+    heartbeats, copies = InOrder(), Copies()
     for record in flight.recording.records:
         number = message_id(record.frame)
         if record.outbound and number in SETPOINTS:
             flew = True
             if left:
                 return record.stamp_us
-        elif not record.outbound and frame_version(record.frame) == 2:
+        elif (
+            not record.outbound and frame_version(record.frame) == 2 and not copies.take(record.frame, record.stamp_us)
+        ):
             is_next = heartbeats.take(frame_sequence(record.frame), number == mavlink.MAVLINK_MSG_ID_HEARTBEAT)
             if is_next and (mode := mode_shown(record.frame)) is not None:
                 left |= flew and shown == ours and mode != ours
@@ -143,8 +146,22 @@ def mode_shown(frame: bytes) -> int | None:
     return None if heartbeat.autopilot == mavlink.MAV_AUTOPILOT_INVALID else int(heartbeat.custom_mode)
 
 
+class Copies:
+    """Tells frames that came before, in the last seconds."""
+
+    def __init__(self) -> None:
+        self._stamps_us: dict[bytes, int] = {}
+
+    def take(self, frame: bytes, stamp_us: int) -> bool:
+        """The next frame; whether it is a copy."""
+        before_us = self._stamps_us.setdefault(frame, stamp_us)
+        if stamp_us - before_us > COPIES_US:
+            self._stamps_us[frame] = before_us = stamp_us
+        return before_us != stamp_us
+
+
 class InOrder:
-    """Tells HEARTBEATs that come again, or late, by their place among all frames (sequence numbers, unwrapped)."""
+    """Tells HEARTBEATs that come late by their place among all frames (sequence numbers, unwrapped)."""
 
     def __init__(self) -> None:
         self._newest = -1

@@ -89,6 +89,7 @@ def test_the_vehicles_frames_pass():
 
 def test_mavlink_1_is_forged_once_the_vehicle_has_spoken_mavlink_2():
     old, new = Encoder(1, 1, version=1), Encoder(1, 1)
+    new.sequence = 2  # one count for both versions
     link = Link(LinkParams())
     standby = mavlink.MAVLink_heartbeat_message(QUAD, PX4, 0, 0, 0, 3)
     assert link.accept(old.encode(standby), 1000)
@@ -97,6 +98,15 @@ def test_mavlink_1_is_forged_once_the_vehicle_has_spoken_mavlink_2():
     assert not link.accept(old.encode(standby), 4000)
     assert not link.accept(old.encode(mavlink.MAVLink_attitude_message(1, 0, 0, 0, 0, 0, 0)), 4000)
     assert (link.forged, link.foreign, link.last_heard_us) == (2, 0, 3000)
+
+
+def test_what_comes_twice_or_late_is_counted_and_not_taken():
+    link = locked()
+    assert link.accept(attitude(sequence=3), 2000)
+    assert link.accept(beat(sequence=4), 3000)
+    assert not link.accept(attitude(sequence=3), 4000)
+    assert not link.accept(beat(sequence=2), 5000)
+    assert (dict(link.out_of_order), link.forged, link.last_heard_us) == ({"doubled": 1, "late": 1}, 0, 3000)
 
 
 @pytest.mark.parametrize(("autopilot", "kind"), [(INVALID, QUAD), (PX4, 0), (3, QUAD)])
