@@ -35,12 +35,15 @@ from mavquad.protocol.codec import Message, mavlink
 from mavquad.protocol.command import Command, CommandExchange, Reply
 from mavquad.protocol.firmware import PX4, Mode, firmware_of
 from mavquad.protocol.identify import UNKNOWN_VERSION, Identification
+from mavquad.protocol.messages import attitude_target_from
 from mavquad.protocol.streams import StreamKeeper, shortfalls
 from mavquad.protocol.timesync import TimeSync
 from mavquad.types import Position
 
 DISARM_PATIENCE_US = 5_000_000
 REASON_US = 250_000
+BELIEVED_US = 150_000
+"""After the ACK of the offboard mode an ATTITUDE_TARGET may still be from before it; later, it shows that it was wrong."""
 LIES_RAD = 1.0
 SLOW_LINK_S = 0.02
 SLOW_LINK_VELOCITY_KAPPA_RAD_S = 10.0
@@ -79,6 +82,7 @@ class Captain:
         self._seen_own_mode = False
         self._reaction: Reaction = LAND
         self._waits_for = ""
+        self._believed_us = NEVER_US
         self._notes = [Note(start_us, "phase", Phase.CONNECTING.value)]
         self._vehicle = Vehicle()
         self._firmware = PX4
@@ -548,13 +552,14 @@ class Captain:
         asked, streams = self._params.streams, self._vehicle.streams
         attitude_hz = min(asked.attitude_hz, streams["ATTITUDE"].rate_hz(self._now_us))
         position_hz = min(asked.position_hz, streams["LOCAL_POSITION_NED"].rate_hz(self._now_us))
-        self._control.start(attitude_hz, position_hz, self._now_us, self._vehicle.round_trip_s)
         # Where the vehicle is in the mode already, what is sent acts.
         self._control.law.in_control = self._firmware.acts_at_once
+        self._control.start(attitude_hz, position_hz, self._now_us, self._vehicle.round_trip_s)
 
     def _enter_flying(self) -> None:
         assert self._control.pose.position is not None
         self._control.law.in_control = True
+        self._control.echo.wanted = False
         self._control.law.start_mission(self._control.pose.position.stamp_us)
 
     def _enter_handing_back(self) -> None:
@@ -562,6 +567,7 @@ class Captain:
 
     def _enter_landing(self) -> None:
         returns = self._reaction == RETURN
+        self._seen_own_mode |= self._vehicle.mode == self._asked_for()
         self._request(commands.set_mode(self._firmware.home) if returns else commands.land(self._firmware))
         if self._control.sent and self._vehicle.mode == self._firmware.offboard:
             # The hand-back did not work, and the firmware holds the last command.
@@ -640,7 +646,7 @@ class Captain:
             return not self._takeoff.is_high(self._height_m())
         if self.phase is Phase.LANDING and self._seen_own_mode:
             return True
-        self._seen_own_mode |= changed == asked_for(self._firmware, self.phase, self._reaction)
+        self._seen_own_mode |= changed == self._asked_for()
         own = own_modes(self._firmware, self.phase, self._reaction)
         return own is not None and changed not in own
 
@@ -659,16 +665,17 @@ class Captain:
             self._fire(Event.TAKEN_OVER, reasons.armed_meanwhile(self._vehicle.mode_name, self.phase))
         elif self.phase in _DISARMED:
             self._fire(Event.REFUSED, reasons.armed_already(self._vehicle.mode_name))
-        elif self.phase is Phase.HANDING_BACK and changed is not None and not offboard:
+        elif self.phase is Phase.HANDING_BACK and changed is not None and changed == self._asked_for():
             self._on_released()  # seen before its ACK: no setpoint may follow
         elif self._exchange.pending:
             return
         elif self.phase is Phase.HANDING_BACK:
-            self._enter_handing_back() if offboard else self._on_released()
-        elif self.phase is Phase.LANDING and self._vehicle.mode != asked_for(
-            self._firmware, self.phase, self._reaction
-        ):
+            self._on_released() if self._vehicle.mode == self._asked_for() else self._enter_handing_back()
+        elif self.phase is Phase.LANDING and self._vehicle.mode != self._asked_for():
             self._enter_landing()
+
+    def _asked_for(self) -> Mode | None:
+        return asked_for(self._firmware, self.phase, self._reaction)
 
     def _on_released(self) -> None:
         leaves = self._reaction in (HOLD, PILOT)
@@ -708,17 +715,24 @@ class Captain:
             self._on_offboard_accepted()
 
     def _on_offboard_accepted(self) -> None:
-        """An ACK is no proof (PX4 1.16 takes it back); where ATTITUDE_TARGET tells nothing it must do."""
-        if self._control.law.depth == "torque" or not self._control.echo.heard:
-            self._control.law.in_control = True
+        """An ACK is no proof (PX4 1.16 takes it back), but what is sent may act from now on: it is believed, for a while.
+
+        PX4 1.16 pauses ATTITUDE_TARGET for half a second just then, and what acts unknown to the observer shakes the vehicle.
+        """
+        self._control.law.in_control = True
+        self._believed_us = self._now_us
 
     def _on_refusal(self) -> None:
         """PX4 sends the text that says why right behind the ACK: wait for it, unless there is a vehicle to bring down."""
         if self.phase in (Phase.WAITING, Phase.WITHDRAWING):
             return  # the mode is asked for again
+        if self._reaction == RETURN:
+            self._reaction = LAND  # it cannot come back: down from where it is
         if self.phase is Phase.LANDING:
             self._blame(reasons.refused(self._exchange, self._exchange.result, self._said()))
             return
+        if self.phase is Phase.ENGAGING:
+            self._control.law.in_control = False
         if self._refusal_us == NEVER_US:
             waits = self.phase in (Phase.ARMING, Phase.TAKING_OFF, Phase.ENGAGING)
             self._refusal_result = self._exchange.result
@@ -759,9 +773,29 @@ class Captain:
     def _on_attitude_target(self, message: Message) -> None:
         if self.phase is Phase.TAKING_OFF:
             self._takeoff.learn(message.thrust, self._control.pose.attitude)
-        elif self.phase is Phase.ENGAGING and not self._control.law.in_control and self._control.echo.shows(message):
+            if self._takeoff.hovers:
+                self._watch(message)
+        elif self.phase is Phase.ENGAGING and self._control.echo.wanted:
+            self._look_for_echo(message)
+
+    def _look_for_echo(self, message: Message) -> None:
+        law, echo = self._control.law, self._control.echo
+        if echo.shows(message):
             self._note("law", "the autopilot follows: ATTITUDE_TARGET shows our setpoint")
-            self._control.law.in_control = True
+            law.in_control, echo.wanted = True, False
+        elif law.depth != "torque" and (not law.in_control or self._now_us - self._believed_us > BELIEVED_US):
+            law.in_control = False
+            self._watch(message)
+
+    def _watch(self, message: Message) -> None:
+        """The autopilot flies by its own command: let the observer run on that."""
+        target, pose, law = attitude_target_from(message), self._control.pose, self._control.law
+        if target is None or pose.attitude is None or pose.position is None:
+            return
+        if not law.watches:
+            self._count_on_the_delay()
+            self._believe_velocity_or_not()
+        law.watch(target, pose.position, pose.attitude)
 
     # ------------------------------------------------------------------ the pose
 

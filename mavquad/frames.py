@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from mavquad.types import Vec3
+from mavquad.types import Vec3, Vec4
 
 
 def ned_from_nwu(vector: Vec3) -> Vec3:
@@ -35,3 +35,21 @@ def wrap_pi(angle_rad: float) -> float:
 def unwrap_near(angle_rad: float, near_rad: float) -> float:
     """The angle plus the whole turns that bring it within half a turn of `near_rad`."""
     return near_rad + wrap_pi(angle_rad - near_rad)
+
+
+def unit(q: Vec4) -> Vec4 | None:
+    """A quaternion of length 1; None for one that is no rotation (zeros, or not a number)."""
+    length = math.sqrt(sum(part * part for part in q))
+    if not 0.5 < length < 2.0:
+        return None
+    w, x, y, z = (part / length for part in q)
+    return (w, x, y, z)
+
+
+def euler_of(q: Vec4) -> Vec3:
+    """Roll, pitch, yaw (ZYX) of a unit quaternion (w, x, y, z), in the frames of the quaternion."""
+    w, x, y, z = q
+    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
+    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return roll, pitch, yaw

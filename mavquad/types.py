@@ -36,6 +36,15 @@ class Position(NamedTuple):
     velocity_nwu_m_s: Vec3
 
 
+class AttitudeTarget(NamedTuple):
+    """What the autopilot commands its inner loops: angles as in `Attitude`, body rates, and thrust 0..1."""
+
+    stamp_us: int
+    euler_rad: Vec3
+    rates_flu_rad_s: Vec3
+    thrust_norm: float
+
+
 class ReferencePoint(NamedTuple):
     """The reference of each output and its derivatives at one moment.
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from mavquad.frames import euler_flipped, flu_from_frd, nwu_from_ned
+from mavquad.frames import euler_flipped, euler_of, flu_from_frd, nwu_from_ned, unit
 from mavquad.protocol.codec import Message, mavlink
 from mavquad.protocol.messages import attitude_from
 from mavquad.types import Attitude, Position, Vec3, Vec4
@@ -80,30 +80,12 @@ def euler_attitude(message: Message) -> Attitude | None:
     return attitude_from(message)
 
 
-def euler_of(q: Vec4) -> Vec3:
-    """Roll, pitch, yaw (ZYX) of a unit quaternion (w, x, y, z), in the frames of the quaternion."""
-    w, x, y, z = q
-    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-    pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
-    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    return roll, pitch, yaw
-
-
 def rotated(q: Vec4, vector: Vec3) -> Vec3:
     """A vector of the body's axes in the world's: v + 2 u x (u x v + w v), q = (w, u)."""
     w, x, y, z = q
     a, b, c = vector
     tx, ty, tz = y * c - z * b + w * a, z * a - x * c + w * b, x * b - y * a + w * c
     return (a + 2.0 * (y * tz - z * ty), b + 2.0 * (z * tx - x * tz), c + 2.0 * (x * ty - y * tx))
-
-
-def unit(q: Vec4) -> Vec4 | None:
-    """A quaternion of length 1; None for one that is no rotation (zeros, or not a number)."""
-    length = math.sqrt(sum(part * part for part in q))
-    if not 0.5 < length < 2.0:
-        return None
-    w, x, y, z = (part / length for part in q)
-    return (w, x, y, z)
 
 
 def _quaternion(message: Message) -> Vec4:

@@ -10,14 +10,15 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple, TypeVar
 
-from mavquad.analysis.pose_messages import Geodetic, euler_of, unit
+from mavquad.analysis.pose_messages import Geodetic
 from mavquad.control.model import GRAVITY_M_S2
 from mavquad.control.reference import Pose, hold
 from mavquad.flight.guards import tilt_rad
-from mavquad.frames import euler_flipped, flu_from_frd, nwu_from_ned
+from mavquad.frames import nwu_from_ned
 from mavquad.protocol.codec import Message, decode, frame_source, mavlink, message_id
+from mavquad.protocol.messages import attitude_target_from
 from mavquad.tlog import TlogContents
-from mavquad.types import Attitude, Position, ReferencePoint, Vec3
+from mavquad.types import Attitude, AttitudeTarget, Position, ReferencePoint, Vec3
 
 _LOCAL_TARGET = mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED
 _GLOBAL_TARGET = mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT
@@ -28,15 +29,6 @@ _LEAST_HOVER, _MOST_HOVER, _SLOW_M_S = 0.1, 0.9, 0.5
 _LEAST_HOVER_COUNT = 10
 FRESH_US = 1_500_000
 """A target counts for this long: ArduPilot sends them once a second."""
-
-
-class AttitudeTarget(NamedTuple):
-    """ATTITUDE_TARGET: angles (rad, NWU), body rates (rad/s, FLU) and thrust (0..1) that the autopilot commanded."""
-
-    stamp_us: int
-    euler_rad: Vec3
-    rates_flu_rad_s: Vec3
-    thrust_norm: float
 
 
 class PositionTarget(NamedTuple):
@@ -80,7 +72,7 @@ def targets(contents: TlogContents, sender: tuple[int, int], geodetic: Geodetic 
     local = _ordered(found[_LOCAL_TARGET], _local_target)
     far = _ordered(found[_GLOBAL_TARGET], lambda message: _global_target(message, geodetic)) if not local else ()
     source = "POSITION_TARGET_LOCAL_NED" if local else "POSITION_TARGET_GLOBAL_INT" if far else ""
-    return Targets(_moving(local or far), _ordered(found[_ATTITUDE_TARGET], _attitude_target), source)
+    return Targets(_moving(local or far), _ordered(found[_ATTITUDE_TARGET], attitude_target_from), source)
 
 
 _READ = frozenset((_LOCAL_TARGET, _GLOBAL_TARGET, _ATTITUDE_TARGET))
@@ -192,14 +184,3 @@ def _lesser(a: float, b: float) -> float:
     if a * b <= 0.0:
         return 0.0
     return math.copysign(min(abs(a), abs(b)), a)
-
-
-def _attitude_target(message: Message) -> AttitudeTarget | None:
-    w, x, y, z = message.q
-    turned = unit((w, x, y, z))
-    rates = (message.body_roll_rate, message.body_pitch_rate, message.body_yaw_rate)
-    if turned is None or not all(map(math.isfinite, (*rates, message.thrust))):
-        return None
-    return AttitudeTarget(
-        message.time_boot_ms * 1000, euler_flipped(*euler_of(turned)), flu_from_frd(rates), message.thrust
-    )

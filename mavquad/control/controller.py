@@ -123,12 +123,41 @@ class Controller:
         """Take in a position; False when it brings nothing new."""
         return self._estimator.observe_position(position)
 
-    def command(self, reference: Callable[[int], ReferencePoint], authority: float = 1.0) -> LawCommand:
+    def acted(self, stamp_us: int, command: RateCommand | AttitudeCommand) -> None:
+        """From this moment on the vehicle follows a command of the autopilot's own; the observer is fed that.
+
+        Args:
+            stamp_us: of the vehicle's clock.
+            command: of the depth that the law commands.
+        """
+        thrust_m_s2 = command.specific_thrust_m_s2
+        if isinstance(command, AttitudeCommand):
+            gain = Gain(self._length, self._tune.constant_gain, trig(0.0, 0.0, command.yaw_rad))
+            inputs, turning = (thrust_m_s2, command.roll_rad, command.pitch_rad), 0.0
+        else:
+            p, q, turning = command.rates_flu_rad_s
+            gain = Gain(self._length, self._tune.constant_gain, self._estimator.angles, thrust_m_s2)
+            inputs = (0.0, p, q)
+        wz, wx, wy = apply(gain, inputs)
+        self._estimator.sent(stamp_us, (wz, turning, wx, wy), thrust_m_s2)
+
+    def begin(self, attitude: Attitude, specific_thrust_m_s2: float) -> None:
+        """The integrators before thrust and yaw start afresh: what they held did not act."""
+        tune = self._tune
+        self._thrust = Integrator(tune.vertical.integrators, specific_thrust_m_s2)
+        self._yaw_input = Integrator(tune.yaw.integrators, 0.0)
+        self._yaw_sent_rad = attitude.yaw_rad
+        self._arrive_us = max(self._estimator.stamp_us, self._estimator.yaw_us) + tune.delay_us
+
+    def command(
+        self, reference: Callable[[int], ReferencePoint], authority: float = 1.0, acts: bool = True
+    ) -> LawCommand:
         """One command from all that was measured so far.
 
         Args:
             reference: the reference at a moment of the vehicle's clock, us.
             authority: share of the limits of thrust and tilt that may be used; less than 1 flies on prediction.
+            acts: whether the vehicle will follow it; else the observer does not hear of it.
         """
         tune, limits, estimator = self._tune, self._tune.limits, self._estimator
         if authority < 1.0:
@@ -151,7 +180,8 @@ class Controller:
         gain = self._gain(known)
         w, inputs, active = self._realised(gain, asked.w, self._friction_of_yaw(references, chains))
         self.command_given = self._on_the_wire(gain, inputs)
-        estimator.sent(arrive_us, w, self._thrust.value)
+        if acts:
+            estimator.sent(arrive_us, w, self._thrust.value)
         self.trace = self._traced(stamp_us, point, winds, asked.w, inputs, asked.active + active)
         return self.command_given
 

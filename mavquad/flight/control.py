@@ -84,7 +84,7 @@ class Control:
     def start(self, attitude_hz: float, position_hz: float, now_us: int, round_trip_s: float | None) -> None:
         """The law answers measurements from now on, which go on coming at these rates, over a link of this round trip."""
         self.on = True
-        self.echo.restart()
+        self.echo.restart(wanted=not self.law.in_control)
         self.guards.begin(attitude_hz, position_hz, now_us, round_trip_s)
 
     def checked(self, ground_m: float) -> Tripped | None:
@@ -112,7 +112,7 @@ class Control:
             return tripped
         self.sent += 1
         setpoint = setpoints.setpoint(now_us, self.law.depth, row.controls, *target)
-        if not self.law.in_control:
+        if self.echo.wanted:
             self.echo.sent(setpoint)
         return setpoint
 

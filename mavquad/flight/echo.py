@@ -24,28 +24,27 @@ class Echo:
     """Compares what is shown with what was sent.
 
     Attributes:
-        heard: whether an ATTITUDE_TARGET has come since the law was let on.
+        wanted: whether it is still unknown if the autopilot follows.
     """
 
     def __init__(self) -> None:
         self._sent: deque[tuple[float, ...]] = deque(maxlen=LATEST)
-        self.heard = False
+        self.wanted = False
 
-    def restart(self) -> None:
-        """The law is let on: forget what was before."""
+    def restart(self, wanted: bool) -> None:
+        """The law is let on: forget what was before. `wanted`: whether the autopilot has yet to follow."""
         self._sent.clear()
-        self.heard = False
+        self.wanted = wanted
 
     def sent(self, setpoint: Message) -> None:
         """A setpoint went out."""
-        if setpoint.get_type() != "SET_ATTITUDE_TARGET":
+        if not self.wanted or setpoint.get_type() != "SET_ATTITUDE_TARGET":
             return
         rates = (setpoint.body_roll_rate, setpoint.body_pitch_rate, setpoint.body_yaw_rate)
         self._sent.append(rates if setpoint.type_mask & IGNORE_ATTITUDE else tuple(setpoint.q))
 
     def shows(self, target: Message) -> bool:
         """Whether an ATTITUDE_TARGET is one of them."""
-        self.heard = True
         rates = (target.body_roll_rate, target.body_pitch_rate, target.body_yaw_rate)
         moves = max(map(abs, rates)) > MOVES_RAD_S
         return any(

@@ -18,12 +18,25 @@ from mavquad.flight_record import TraceRow
 from mavquad.frames import euler_flipped
 from mavquad.protocol.firmware import setpoints
 from mavquad.protocol.streams import StreamParams
-from mavquad.types import Attitude, Depth, LawCommand, Position, ReferencePoint, Vec3, Vec4
+from mavquad.types import (
+    Attitude,
+    AttitudeCommand,
+    AttitudeTarget,
+    Depth,
+    LawCommand,
+    Position,
+    RateCommand,
+    ReferencePoint,
+    Vec3,
+    Vec4,
+)
 
 LEAST_THRUST_MARGIN = 1.05
 """A vehicle that hovers at nearly full thrust still gets this much to work with, as a share of its hover."""
 MOST_COMMANDS_IN_FLIGHT = 50
 """The law remembers so many."""
+WATCHED_US = 1_000_000
+"""The autopilot's own command counts for so long (PX4 1.16 pauses ATTITUDE_TARGET for 0.5 s when OFFBOARD begins)."""
 TORQUE_ROOM = 0.9
 """Share of full thrust that the law may ask for: the rest turns the vehicle."""
 
@@ -31,8 +44,9 @@ TORQUE_ROOM = 0.9
 class LawFlight:
     """Holds the law's state between measurements.
 
-    Until the vehicle takes our setpoints the law starts afresh at every step: what goes out is its answer to the present
-    pose, and no integrator winds up on commands that do not act.
+    Until the vehicle takes our setpoints its integrators start afresh at every step: they do not wind up on commands that
+    do not act. The observer runs already while the autopilot hovers, fed with the autopilot's own command (`watch`); where
+    that is not shown (ATTITUDE_TARGET; torque has none) it starts afresh at every step too.
 
     Attributes:
         in_control: whether the vehicle is believed to fly what we send.
@@ -56,6 +70,7 @@ class LawFlight:
         self._hover = hover
         self._controller: Controller | None = None
         self._inner_loop: InnerLoop | None = None
+        self._watched_us: int | None = None
         self._origin: Pose | None = None
         self._mission: Mission | None = None
         self.in_control = False
@@ -74,18 +89,20 @@ class LawFlight:
     def choose(self, law: LawParams, depth: Depth) -> None:
         """The law as it is for the vehicle that was met, and what it will command."""
         self._law, self.depth = law, depth
+        self._controller, self._watched_us = None, None
         measured = tuning(self._law, depth).horizontal.row(ACCELERATION) > 0
         self.steps_on_attitude = measured and self._streams.attitude_hz >= self._streams.position_hz
 
     def take_attitude(self, attitude: Attitude) -> None:
         """An attitude corrects what it measures."""
-        if self._controller is not None and self.in_control:
+        if self._controller is not None:
             self._controller.observe_attitude(attitude)
-            self._heed(attitude)
+            if self.in_control:
+                self._heed(attitude)
 
     def take_position(self, position: Position) -> None:
         """A position likewise."""
-        if self._controller is not None and self.in_control:
+        if self._controller is not None:
             self._controller.observe_position(position)
 
     def _heed(self, attitude: Attitude) -> None:
@@ -137,11 +154,11 @@ class LawFlight:
             phase: for the row.
             authority: see `Controller.command`.
         """
-        if self._controller is None or not self.in_control:
+        if self._controller is None or self.watches or not self.in_control:
             self._begin(position, attitude)
         assert self._controller is not None
-        command = self._controller.command(self.reference, authority)
-        if self._inner_loop is not None:
+        command = self._controller.command(self.reference, authority, acts=not self.watches)
+        if self._inner_loop is not None and not self.watches:
             self._inner_loop.command(command, self._controller.arrives_us)
         assert self._controller.trace is not None
         return self._row(command, self._controller.trace, now_us, phase)
@@ -151,13 +168,41 @@ class LawFlight:
         assert self._origin is not None
         return self._mission.reference(stamp_us) if self._mission else hold(self._origin)
 
+    def watch(self, target: AttitudeTarget, position: Position, attitude: Attitude) -> None:
+        """The autopilot flies by a command of its own, as its ATTITUDE_TARGET shows: the observer is fed that."""
+        if self.depth == "torque":
+            return
+        if self._controller is None or not self._is_watching(target.stamp_us):
+            self._controller = self._started(position, attitude)
+        self._watched_us = target.stamp_us
+        thrust_m_s2 = target.thrust_norm / self._hover.norm * GRAVITY_M_S2
+        if self.depth == "rate":
+            self._controller.acted(target.stamp_us, RateCommand(target.rates_flu_rad_s, thrust_m_s2))
+        else:
+            self._controller.acted(target.stamp_us, AttitudeCommand(*target.euler_rad, thrust_m_s2))
+
+    @property
+    def watches(self) -> bool:
+        """Whether the observer runs on the autopilot's own command."""
+        return self._watched_us is not None
+
+    def _is_watching(self, stamp_us: int) -> bool:
+        return self._watched_us is not None and stamp_us - self._watched_us <= WATCHED_US
+
     def _begin(self, position: Position, attitude: Attitude) -> None:
-        # The thrust that holds this hover: T cos(tilt) = g.
-        trim_m_s2 = GRAVITY_M_S2 / math.cos(tilt_rad(attitude))
+        """The law's answer to the present pose counts for the first time, or does not count yet."""
+        if self._controller is not None and self._is_watching(position.stamp_us):
+            self._controller.begin(attitude, _trim_m_s2(attitude))
+        else:
+            self._controller, self._watched_us = self._started(position, attitude), None
+        if self.in_control:
+            self._watched_us = None
+        self._origin = Pose(position.position_nwu_m, attitude.yaw_rad)
+
+    def _started(self, position: Position, attitude: Attitude) -> Controller:
         self._inner_loop = InnerLoop(self._own, self._law, self.depth)
         law = within_controls(self._inner_loop.law, self._airframe, self._hover.norm)
-        self._controller = Controller(law, self.depth, position, attitude, trim_m_s2)
-        self._origin = Pose(position.position_nwu_m, attitude.yaw_rad)
+        return Controller(law, self.depth, position, attitude, _trim_m_s2(attitude))
 
     def controls(self, command: LawCommand) -> Vec4:
         """A command of the law in the wire's units."""
@@ -185,6 +230,11 @@ class LawFlight:
             self.controls(command),
             trace.limits_active,
         )
+
+
+def _trim_m_s2(attitude: Attitude) -> float:
+    """The thrust that holds this hover: T cos(tilt) = g."""
+    return GRAVITY_M_S2 / math.cos(tilt_rad(attitude))
 
 
 def within_controls(law: LawParams, airframe: AirframeParams, hover_thrust_norm: float) -> LawParams:

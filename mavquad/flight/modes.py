@@ -13,7 +13,8 @@ from mavquad.protocol.firmware import Firmware, Mode
 def own_modes(firmware: Firmware, phase: Phase, reaction: Reaction) -> frozenset[Mode] | None:
     """The modes that may be entered in a phase without anybody having taken over; None where any may."""
     fw = firmware
-    back = {fw.offboard, fw.hold, fw.land, way_back(fw, reaction)}
+    # Landing may begin right behind the takeoff command, before HEARTBEAT shows what that did.
+    before_landing = () if reaction == RETURN else (fw.takeoff, fw.hover, fw.hold)
     return {
         Phase.PROBING: frozenset((fw.offboard,)),
         Phase.WITHDRAWING: frozenset((fw.offboard, fw.hold)),
@@ -21,9 +22,8 @@ def own_modes(firmware: Firmware, phase: Phase, reaction: Reaction) -> frozenset
         Phase.TAKING_OFF: frozenset((fw.takeoff, fw.hover)),
         Phase.ENGAGING: frozenset((fw.takeoff, fw.hover, fw.offboard)),
         Phase.FLYING: frozenset((fw.offboard,)),
-        Phase.HANDING_BACK: frozenset(back),
-        # Landing may begin right behind the takeoff command, before HEARTBEAT shows what that did.
-        Phase.LANDING: frozenset({fw.takeoff, fw.hover} | back),
+        Phase.HANDING_BACK: frozenset((fw.offboard, way_back(fw, reaction))),
+        Phase.LANDING: frozenset((fw.offboard, _down(fw, reaction), *before_landing)),
     }.get(phase)
 
 
@@ -37,5 +37,11 @@ def asked_for(firmware: Firmware, phase: Phase, reaction: Reaction) -> Mode | No
     if phase is Phase.TAKING_OFF:
         return firmware.takeoff
     if phase is Phase.LANDING:
-        return firmware.home if reaction == RETURN else firmware.land
+        return _down(firmware, reaction)
+    if phase is Phase.HANDING_BACK:
+        return way_back(firmware, reaction)
     return None
+
+
+def _down(firmware: Firmware, reaction: Reaction) -> Mode:
+    return firmware.home if reaction == RETURN else firmware.land

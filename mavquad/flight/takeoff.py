@@ -37,6 +37,11 @@ class TakeoffWatch:
         return height_m > max(self._least_height_m, self.high_share * self.altitude_m)
 
     @property
+    def hovers(self) -> bool:
+        """Whether it holds steadily, with a thrust that is known."""
+        return self._steady_since_us != NEVER_US and self._hover.known
+
+    @property
     def lacks_thrust(self) -> bool:
         """Whether it holds steadily and only the hover thrust is still unknown."""
         return self._steady_since_us != NEVER_US and not self._hover.known

@@ -187,6 +187,10 @@ class ScriptedVehicle:
         self.mode = px4.LOITER
         self.ack(ACCEPTED)
 
+    def do_home(self) -> None:
+        self.mode = px4.RTL
+        self.ack(ACCEPTED)
+
     def do_offboard(self) -> None:
         self.mode = px4.OFFBOARD
         self.ack(ACCEPTED)
@@ -240,7 +244,7 @@ class ScriptedVehicle:
             if self.height_m >= ALTITUDE_M:
                 self.mode = px4.LOITER
             return SPEED_M_S
-        if self.mode == px4.LAND and self.armed:
+        if self.mode in (px4.LAND, px4.RTL) and self.armed:
             self.height_m = max(self.height_m - step_m, 0.0)
             self.on_ground_us += self.tick_us if self.height_m == 0.0 else 0
             self.armed = self.on_ground_us < 500_000
@@ -252,7 +256,7 @@ def command_name(message: Any) -> str:
     """The name of a COMMAND_LONG in these tests."""
     if message.command == mavlink.MAV_CMD_DO_SET_MODE:
         mode = px4.mode(int(message.param2), int(message.param3))
-        return {px4.OFFBOARD: "offboard", px4.LOITER: "loiter"}.get(mode, mode.name)
+        return {px4.OFFBOARD: "offboard", px4.LOITER: "loiter", px4.RTL: "home"}.get(mode, mode.name)
     if message.command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM:
         return "arm" if message.param1 else "disarm"
     return {

@@ -11,7 +11,17 @@ from mavquad.errors import VehicleRefused
 from mavquad.flight.machine import Phase
 from mavquad.protocol.codec import mavlink
 from mavquad.protocol.firmware import px4
-from tests.dialogues.peer import ACCEPTED, REJECTED, SETPOINT, Dialogue, ScriptedVehicle, answer, heartbeat, silent
+from tests.dialogues.peer import (
+    ACCEPTED,
+    REJECTED,
+    SETPOINT,
+    Dialogue,
+    ScriptedVehicle,
+    answer,
+    at_depth,
+    heartbeat,
+    silent,
+)
 
 
 def refused_and_landed(dialogue):
@@ -144,3 +154,30 @@ def test_the_hover_thrust_is_learned_from_the_autopilots_own():
     dialogue = Dialogue(ScriptedVehicle(thrust=0.55)).run(Phase.FLYING)
     assert dialogue.agent.status().hover_thrust_norm == pytest.approx(0.55, abs=1e-6)
     assert dialogue.of(SETPOINT)[0].message.controls[3] == pytest.approx(0.55, abs=1e-4)
+
+
+@pytest.mark.parametrize("depth", ["rate", "attitude"])
+def test_from_its_ack_on_setpoints_are_believed_to_act_while_attitude_target_pauses(depth):
+    dialogue = at_depth(depth).until_sent("offboard")
+    assert not dialogue.agent.law.in_control
+    dialogue.vehicle.muted |= {"ATTITUDE_TARGET", "HEARTBEAT"}
+    dialogue.run_for(0.5)
+    assert dialogue.phases[-1] == "engaging"
+    assert dialogue.agent.law.in_control
+
+
+@pytest.mark.parametrize("depth", ["rate", "attitude"])
+def test_an_ack_is_believed_no_longer_when_attitude_target_shows_another_command(depth):
+    dialogue = at_depth(depth, answers={"offboard": answer(ACCEPTED)}).until_sent("offboard").run_for(0.1)
+    dialogue.vehicle.east_m += 0.5  # what is sent is not what the vehicle shows
+    assert dialogue.agent.law.in_control
+    dialogue.run_for(0.2)
+    assert dialogue.phases[-1] == "engaging"
+    assert not dialogue.agent.law.in_control
+    assert dialogue.agent.law.watches
+
+
+def test_an_ack_that_is_taken_back_is_believed_no_longer():
+    dialogue = at_depth("rate", answers={"offboard": answer(ACCEPTED, REJECTED)}).until_sent("offboard").run_for(0.05)
+    assert dialogue.phases[-1] == "engaging"
+    assert not dialogue.agent.law.in_control
