@@ -21,7 +21,7 @@ from mavquad.control.params import LawParams
 from mavquad.control.tuning import Tuning, tuning
 from mavquad.flight.airframe import AirframeParams
 from mavquad.flight.guards import tilt_rad
-from mavquad.flight.law_flight import within_controls
+from mavquad.flight.law_flight import WATCHED_US, Watched, within_controls
 from mavquad.flight.machine import Phase
 from mavquad.flight_record import TraceRow
 from mavquad.frames import wrap_pi
@@ -38,6 +38,13 @@ class FlownMeasurement:
 
     measured: Attitude | Position
     in_control: bool
+
+
+@dataclass(frozen=True, slots=True)
+class FlownTarget:
+    """A command of the autopilot's own that the observer was fed before the law was in control."""
+
+    watched: Watched
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +67,7 @@ class Flown:
     hover_thrust_norm: float = 0.0
     found: dict[str, Any] = field(default_factory=dict)
     """What the flight found out for keys of [law] that its configuration left open, e.g. the delay."""
-    inputs: list[FlownMeasurement | FlownStep] = field(default_factory=list)
+    inputs: list[FlownMeasurement | FlownTarget | FlownStep] = field(default_factory=list)
 
     @property
     def steps(self) -> list[FlownStep]:
@@ -176,14 +183,15 @@ class _Beside:
     def __init__(self, flown: Flown, law: LawParams, depth: Depth, steps: Sequence[FlownStep]) -> None:
         self._flown = flown
         found = {key: value for key, value in flown.found.items() if depth == steps[0].row.depth or key == "delay_s"}
-        law = law.of(flown.autopilot).told(found)
-        self._law = within_controls(law, flown.airframe, flown.hover_thrust_norm)
+        self._told = law.of(flown.autopilot).told(found)
+        self._law = self._within(flown.hover_thrust_norm)
         self._depth = depth
         self._tune = tuning(self._law, depth)
         self._first = steps[0].row
         self._same = _means_the_same(self._tune, self._first)
         self._motion = None if self._same else _motion(flown, steps)
         self._controller: OpenLoop | None = None
+        self._watched_us: int | None = None
         self._attitude: Attitude | None = None
         self._position: Position | None = None
 
@@ -191,10 +199,17 @@ class _Beside:
         answers = [answer for item in self._flown.inputs if (answer := self._take(item)) is not None]
         return WhatIf(self._first.depth, self._depth, self._same, tuple(answers))
 
-    def _take(self, item: FlownMeasurement | FlownStep) -> Answer | None:
+    def _within(self, hover_thrust_norm: float) -> LawParams:
+        return within_controls(self._told, self._flown.airframe, hover_thrust_norm)
+
+    def _take(self, item: FlownMeasurement | FlownTarget | FlownStep) -> Answer | None:
         if isinstance(item, FlownStep):
             return self._step(item)
-        measured, controller = item.measured, self._controller if item.in_control else None
+        if isinstance(item, FlownTarget):
+            self._watch(item.watched)
+            return None
+        watches = item.in_control or self._watched_us is not None
+        measured, controller = item.measured, self._controller if watches else None
         if isinstance(measured, Attitude):
             self._attitude = measured
             if controller is not None:
@@ -205,18 +220,45 @@ class _Beside:
                 controller.observe_position(measured)
         return None
 
-    def _step(self, step: FlownStep) -> Answer:
+    def _watch(self, watched: Watched) -> None:
+        """As in flight: the observer is fed the autopilot's own command; at another depth it says nothing to it."""
+        if not self._same:
+            return
+        if watched.starts:
+            self._controller = self._started(self._within(watched.hover_thrust_norm))
+        if self._controller is not None:
+            self._controller.acted(watched.stamp_us, watched.command)
+            self._watched_us = watched.stamp_us
+
+    def _started(self, law: LawParams) -> OpenLoop:
         assert self._position is not None and self._attitude is not None
-        if self._controller is None or not step.in_control:
-            # As in flight: until its commands act, the law begins anew at each step.
-            trim_m_s2 = GRAVITY_M_S2 / math.cos(tilt_rad(self._attitude))
-            self._controller = OpenLoop(self._law, self._depth, self._position, self._attitude, trim_m_s2)
-        controller = self._controller
-        command = controller.command(lambda _: step.reference, step.authority)
+        return OpenLoop(law, self._depth, self._position, self._attitude, self._trim_m_s2())
+
+    def _trim_m_s2(self) -> float:
+        assert self._attitude is not None
+        return GRAVITY_M_S2 / math.cos(tilt_rad(self._attitude))
+
+    def _begun(self, step: FlownStep) -> OpenLoop:
+        """As in flight: until its commands act the law begins anew at each step; its observer too, unless it watched."""
+        assert self._position is not None and self._attitude is not None
+        controller, watched_us = self._controller, self._watched_us
+        if controller is not None and watched_us is not None and self._position.stamp_us - watched_us <= WATCHED_US:
+            controller.begin(self._attitude, self._trim_m_s2())
+        elif controller is None or watched_us is not None or not step.in_control:
+            controller, self._watched_us = self._started(self._law), None
+        if step.in_control:
+            self._watched_us = None
+        return controller
+
+    def _step(self, step: FlownStep) -> Answer:
+        self._controller = controller = self._begun(step)
+        acts = self._watched_us is None
+        command = controller.command(lambda _: step.reference, step.authority, acts)
         trace = controller.trace
         assert trace is not None
         acted = self._acted(step, controller)
-        controller.instead(acted)
+        if acts:
+            controller.instead(acted)
         airframe = self._flown.airframe
         controls = setpoints.controls(
             command, airframe.torque_scale_frd_rad_s2, self._flown.hover_thrust_norm, GRAVITY_M_S2

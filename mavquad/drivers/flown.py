@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from mavquad.agent import Agent
 from mavquad.agent_params import AgentParams
-from mavquad.analysis.what_if import Flown, FlownMeasurement, FlownStep
+from mavquad.analysis.what_if import Flown, FlownMeasurement, FlownStep, FlownTarget
 from mavquad.flight.guards import Tripped
+from mavquad.flight.law_flight import Watched
 from mavquad.flight.pose import PoseIntake
 from mavquad.flight_record import TraceRow
 from mavquad.protocol.codec import decode, frame_source, mavlink, message_id
@@ -24,6 +25,7 @@ class Witness:
         self._agent = agent
         self._pose = PoseIntake(params.guards, agent.sync.age_us)
         self._refused = 0
+        self._watched: Watched | None = None
         self._configured = params.law
         self.flown = Flown(params.airframe)
 
@@ -43,6 +45,9 @@ class Witness:
         elif number == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
             is_px4 = decode(record.frame).autopilot == mavlink.MAV_AUTOPILOT_PX4
             self.flown.autopilot = "px4" if is_px4 else "arducopter"
+        if law.watched is not None and law.watched is not self._watched:
+            self._watched = law.watched
+            self.flown.inputs.append(FlownTarget(law.watched))
         for row in self._agent.take_trace():
             self._step(row, self._pose.authority(record.stamp_us))
 

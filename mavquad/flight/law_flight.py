@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from mavquad.control.controller import Controller, Trace
 from mavquad.control.defaults import Measurements
@@ -41,6 +42,22 @@ TORQUE_ROOM = 0.9
 """Share of full thrust that the law may ask for: the rest turns the vehicle."""
 
 
+class Watched(NamedTuple):
+    """A command of the autopilot's own that the observer was fed.
+
+    Attributes:
+        stamp_us: from when on, by the vehicle's clock.
+        command: of the law's depth.
+        starts: whether the observer started afresh just before.
+        hover_thrust_norm: as known then.
+    """
+
+    stamp_us: int
+    command: RateCommand | AttitudeCommand
+    starts: bool
+    hover_thrust_norm: float
+
+
 class LawFlight:
     """Holds the law's state between measurements.
 
@@ -51,6 +68,7 @@ class LawFlight:
     Attributes:
         in_control: whether the vehicle is believed to fly what we send.
         depth: what the law commands.
+        watched: the last command of the autopilot's own that the observer was fed, if any.
         steps_on_attitude: whether each ATTITUDE is answered by a command, and not each position: where it is measured, and
             not slower.
     """
@@ -71,6 +89,7 @@ class LawFlight:
         self._controller: Controller | None = None
         self._inner_loop: InnerLoop | None = None
         self._watched_us: int | None = None
+        self.watched: Watched | None = None
         self._origin: Pose | None = None
         self._mission: Mission | None = None
         self.in_control = False
@@ -172,14 +191,16 @@ class LawFlight:
         """The autopilot flies by a command of its own, as its ATTITUDE_TARGET shows: the observer is fed that."""
         if self.depth == "torque":
             return
-        if self._controller is None or not self._is_watching(target.stamp_us):
+        starts = self._controller is None or not self._is_watching(target.stamp_us)
+        if self._controller is None or starts:
             self._controller = self._started(position, attitude)
         self._watched_us = target.stamp_us
         thrust_m_s2 = target.thrust_norm / self._hover.norm * GRAVITY_M_S2
-        if self.depth == "rate":
-            self._controller.acted(target.stamp_us, RateCommand(target.rates_flu_rad_s, thrust_m_s2))
-        else:
-            self._controller.acted(target.stamp_us, AttitudeCommand(*target.euler_rad, thrust_m_s2))
+        command: RateCommand | AttitudeCommand = RateCommand(target.rates_flu_rad_s, thrust_m_s2)
+        if self.depth == "attitude":
+            command = AttitudeCommand(*target.euler_rad, thrust_m_s2)
+        self._controller.acted(target.stamp_us, command)
+        self.watched = Watched(target.stamp_us, command, starts, self._hover.norm)
 
     @property
     def watches(self) -> bool:
