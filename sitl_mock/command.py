@@ -43,7 +43,7 @@ def _option(panel: str, help_: str, *names: str, metavar: str | None = None, **m
 _VEHICLE, _WORLD, _LINKS = "The vehicle", "Its world", "Links and time"
 _Autopilot = Annotated[str | None, _option(_VEHICLE, "px4 (the default) or ardupilot.", metavar="NAME")]
 _Firmware = Annotated[
-    str | None, _option(_VEHICLE, "PX4 1.13 (the default), 1.15 or 1.16; ArduCopter 4.7.", metavar="RELEASE")
+    str | None, _option(_VEHICLE, "PX4 1.13 (the default) to 1.17; ArduCopter 4.7.", metavar="RELEASE")
 ]
 _Vehicle = Annotated[
     str | None,

@@ -1,6 +1,6 @@
 """The simulated vehicle's clock against the wall's.
 
-PX4's simulator in lockstep (1.15, 1.16) cannot quite keep up: its clock loses 10 to 25 ms a second, and whoever takes
+PX4's simulator in lockstep (1.14 and later) cannot quite keep up: its clock loses 10 to 25 ms a second, and whoever takes
 its offset once is wrong soon. With the drift d, vehicle = start + (1 - d) (wall - start).
 """
 

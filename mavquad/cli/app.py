@@ -83,7 +83,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print the summary, and
 WindOption = Annotated[str | None, typer.Option(help="Of the mock: wind N,E,D in m/s.", show_default=False)]
 AutopilotOption = Annotated[str | None, typer.Option(help="Of the mock: px4 or ardupilot.", show_default=False)]
 FirmwareOption = Annotated[
-    str | None, typer.Option(help="Of the mock: PX4 1.13, 1.15, 1.16; ArduCopter 4.7.", show_default=False)
+    str | None, typer.Option(help="Of the mock: PX4 1.13 to 1.17; ArduCopter 4.7.", show_default=False)
 ]
 VehicleOption = Annotated[
     str | None, typer.Option(help="Of the mock: sih, arducopter, or a TOML file.", show_default=False)

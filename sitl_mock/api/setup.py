@@ -32,7 +32,7 @@ def vehicle_config(
 
     Args:
         autopilot: "px4" or "ardupilot".
-        firmware: "1.13", "1.15", "1.16" of PX4, "4.7" of ArduPilot; "auto": the first of them.
+        firmware: "1.13" to "1.17" of PX4, "4.7" of ArduPilot; "auto": the first of them.
         faults: what goes wrong: tables such as {"kind": "silent", "since": "takeoff", "from_s": 5.0, "for_s": 2.0}, or
             the path of a fault file.
         wind: towards north, east, down in m/s.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
@@ -24,11 +24,11 @@ def _number_as_text(value: Any) -> Any:
 
 
 Autopilot = Literal["px4", "ardupilot"]
-Px4Release = Literal["1.13", "1.15", "1.16"]
+Px4Release = Literal["1.13", "1.14", "1.15", "1.16", "1.17"]
 ArduPilotRelease = Literal["4.7"]
 Firmware = Annotated[Literal["auto", Px4Release, ArduPilotRelease], BeforeValidator(_number_as_text)]
 _TICK_MS = TICK_US // 1000
-_PX4_RELEASES: dict[str, Px4Release] = {"auto": "1.13", "1.13": "1.13", "1.15": "1.15", "1.16": "1.16"}
+_PX4_RELEASES: dict[str, Px4Release] = {"auto": "1.13", **{release: release for release in get_args(Px4Release)}}
 _ARDUPILOT_RELEASES: dict[str, ArduPilotRelease] = {"auto": "4.7", "4.7": "4.7"}
 
 
@@ -38,8 +38,8 @@ class MockConfig(Section):
     autopilot: Autopilot = "px4"
     """Whose manners: PX4's, or those of ArduPilot's Copter."""
     firmware: Firmware = "auto"
-    """Release imitated: PX4 1.13 (takes SET_ACTUATOR_CONTROL_TARGET), 1.15 or 1.16 (acknowledges modes twice);
-    ArduCopter 4.7. "auto": 1.13, or 4.7."""
+    """Release imitated: PX4 1.13 (takes SET_ACTUATOR_CONTROL_TARGET), 1.14, 1.15, 1.16 or 1.17 (the last two
+    acknowledge modes twice); ArduCopter 4.7. "auto": 1.13, or 4.7."""
     lockstep_build: bool = False
     """PX4 1.13: a build with lockstep, which ignores SET_ACTUATOR_CONTROL_TARGET without a word on the link."""
     system_id: Annotated[int, Field(ge=1, le=255)] = 1
@@ -53,7 +53,7 @@ class MockConfig(Section):
     """Time from boot until arming is allowed in s. ArduCopter: in GUIDED; its other moments of the start go
     with it, and 42.5 is the real one's."""
     clock_drift: Annotated[float, Field(ge=0, le=0.5)] = 0.0
-    """Share by which its clock is slow against the wall's; real PX4 in lockstep, 1.15 and 1.16: 0.01 to 0.025."""
+    """Share by which its clock is slow against the wall's; real PX4 in lockstep, 1.14 and later: 0.01 to 0.025."""
     wind_ned_m_s: tuple[
         Annotated[float, Field(ge=-50, le=50)],
         Annotated[float, Field(ge=-50, le=50)],
@@ -119,7 +119,7 @@ class MockConfig(Section):
 
     @property
     def estimator(self) -> SensorsConfig:
-        """The errors of the estimator; the samples of PX4 in lockstep (1.15, 1.16) are of whole ticks, as their stamps are."""
+        """The errors of the estimator; the samples of PX4 in lockstep (from 1.14) are of whole ticks, as their stamps are."""
         sensors = self.sensors
         if self.autopilot != "px4" or self.px4_release == "1.13":
             return sensors

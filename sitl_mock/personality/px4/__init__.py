@@ -1,1 +1,1 @@
-"""PX4's manners: releases 1.13, 1.15 and 1.16."""
+"""PX4's manners: releases 1.13 to 1.17."""

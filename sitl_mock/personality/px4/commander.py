@@ -71,7 +71,7 @@ class Commander:
         self.settings = Settings.read(params)
         self.ground = LandingDetector(hover_thrust_norm)
         self.arming = Arming(self.is_113, self.ground, ready_us)
-        self._failsafe: Failsafe = Failsafe113(self.say) if self.is_113 else Failsafe114(self.say)
+        self._failsafe: Failsafe = Failsafe113(self.say) if self.is_113 else Failsafe114(self.say, firmware == "1.17")
         self.links = Links(self.say, self.is_113)
         self.mission = MissionPlan(self.say)
         self.guidance = Guidance(hover_thrust_norm, self.mission, origin, self.say)

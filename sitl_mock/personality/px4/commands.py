@@ -44,7 +44,7 @@ class Commands:
         set_interval: Callable[[Port, int, float, int], bool],
         send_interval: Callable[[Port, int], None],
     ) -> None:
-        self._is_116 = firmware == "1.16"
+        self._is_116 = firmware in ("1.16", "1.17")
         self._system_id = system_id
         self._commander = commander
         self._script = script

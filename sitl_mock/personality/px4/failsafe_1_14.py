@@ -70,10 +70,12 @@ _BATTERY_TEXTS = {
 
 
 class Failsafe114:
-    """`say` sends a STATUSTEXT of some severity."""
+    """`say` sends a STATUSTEXT of some severity. `needs_sticks`: 1.17 flies on by sticks only where there are any, else it
+    does what NAV_RCL_ACT says (seen: AUTO.RTL after the last setpoint, where 1.15 and 1.16 go to POSCTL and sink)."""
 
-    def __init__(self, say: Callable[[int, str], None]) -> None:
+    def __init__(self, say: Callable[[int, str], None], needs_sticks: bool = False) -> None:
         self._say = say
+        self._needs_sticks = needs_sticks
         self._actions: dict[str, Action] = {}
         self._overridden: set[str] = set()
         self._acting = Action.NONE
@@ -125,7 +127,7 @@ class Failsafe114:
 
     def _collect(self, now: Situation) -> None:
         """Add what has gone wrong; forget the loss of setpoints and what the pilot put up with, once it is right."""
-        wrong = _wrong(now, self._had_sticks_at_arming, self._level_at_arming)
+        wrong = _wrong(now, self._had_sticks_at_arming, self._level_at_arming, self._needs_sticks)
         if not wrong and not self._actions and not self._overridden:
             return
         self._overridden &= wrong.keys()
@@ -161,12 +163,15 @@ class Failsafe114:
         self._say(_CRITICAL, f"Failsafe activated{delay}")
 
 
-def _wrong(now: Situation, had_sticks: bool, level_at_arming: int) -> dict[str, Action]:
+def _wrong(now: Situation, had_sticks: bool, level_at_arming: int, needs_sticks: bool) -> dict[str, Action]:
     """What is wrong now, and the action that the parameters ask for."""
     settings, intended = now.settings, now.intended
     wrong: dict[str, Action] = {}
     if not now.has_stream and intended is Mode.OFFBOARD:
-        wrong[_STREAM] = _STREAM_LOSS.get(settings.com_obl_rc_act, Action.POSCTL)
+        action = _STREAM_LOSS.get(settings.com_obl_rc_act, Action.POSCTL)
+        by_sticks = action in (Action.POSCTL, Action.ALTCTL, Action.STABILIZED)
+        lacks_sticks = needs_sticks and by_sticks and not now.has_sticks
+        wrong[_STREAM] = _LINK_LOSS.get(settings.nav_rcl_act, Action.NONE) if lacks_sticks else action
     if had_sticks and not now.has_sticks and not _is_excepted(intended, settings.com_rcl_except):
         wrong["sticks"] = _LINK_LOSS.get(settings.nav_rcl_act, Action.NONE)
     if not now.has_ground_station and settings.nav_dll_act > 0 and intended not in (Mode.LAND, Mode.PRECLAND):

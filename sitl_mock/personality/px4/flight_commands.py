@@ -30,7 +30,7 @@ _GIMBAL_LET_GO: tuple[tuple[int, Params], ...] = (
     (mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW, (_NAN, _NAN, _NAN, _NAN, 2.0, 0.0, 0.0)),
     (mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE, (-3.0, -3.0, -1.0, -1.0, 0.0, 0.0, 0.0)),
 )
-"""What 1.16 was recorded to say to whoever hears it when it begins to land: the gimbal is put level and let go."""
+"""What 1.15 and 1.16 say to whoever hears it when it begins to land: the gimbal is put level and let go."""
 
 
 class FlightCommands:
@@ -82,7 +82,7 @@ class FlightCommands:
         return [self._request(mode, command)]
 
     def _request(self, mode: Mode, command: Command) -> int:
-        """PX4 1.15 and 1.16 tell the reason of a refusal to ground stations only."""
+        """PX4 1.14 and later tell the reason of a refusal to ground stations only."""
         return self._commander.request(mode, command.boot_us, command.sender[1] == _GROUND_STATION_COMPONENT)
 
     def _terminate(self, command: Command) -> list[int]:
@@ -130,7 +130,7 @@ class FlightCommands:
 
     def _land(self, command: Command) -> list[int]:
         commander = self._commander
-        if commander.firmware == "1.16" and not commander.landed:
+        if commander.firmware in ("1.15", "1.16") and not commander.landed:
             commander.broadcasts += _GIMBAL_LET_GO
         result = self._request(Mode.LAND, command)
         commander.say(INFO, "Landing at current position")

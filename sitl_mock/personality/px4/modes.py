@@ -43,7 +43,7 @@ class Mode(Enum):
 
     @property
     def spoken(self) -> str:
-        """What PX4 1.15 and 1.16 call it in their texts."""
+        """What PX4 1.14 and later call it in their texts."""
         return _SPOKEN[self]
 
     @property
@@ -53,7 +53,7 @@ class Mode(Enum):
 
     @property
     def prevents_arming(self) -> bool:
-        """Whether PX4 1.15 and 1.16 do not arm in it; nor are such modes gone back to after a flight."""
+        """Whether PX4 1.14 and later do not arm in it; nor are such modes gone back to after a flight."""
         return self in _PREVENT_ARMING
 
     def base_mode(self, armed: bool) -> int:

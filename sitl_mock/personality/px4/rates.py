@@ -1,8 +1,10 @@
 """Which streams PX4 has on each kind of link, their default rates, and how fast they can be.
 
-Rates and order as recorded from 1.13.3 and 1.16.2 (the ground station's link: from 1.13.3); 1.15 is taken to be as 1.16.
+Rates and order as recorded from 1.13.3 and 1.16.2 (the ground station's link: from 1.13.3); 1.14, 1.15 and 1.17 were
+seen to be as 1.16, but for ATTITUDE, which comes faster.
 A message can come no oftener than the topic behind it is published, and on 1.16, whose simulator runs in lockstep,
-PX4's sender misses some of the fastest topics: what is asked of 1.16.2 at 250 Hz comes at 208 Hz (ATTITUDE), 238 Hz
+PX4's sender misses some of the fastest topics: what is asked of 1.16.2 at 250 Hz comes at 208 Hz (ATTITUDE; 241 Hz of
+1.15.4 and 1.17.0), 238 Hz
 (HIGHRES_IMU), 241 Hz (outputs) and 125 Hz (position) of its own clock.
 """
 
@@ -44,6 +46,7 @@ _LOCKSTEP_US = {
     Topic.POWER: 10_000,
     Topic.VIBRATION: 90_000,
 }
+_FASTER_US = {**_LOCKSTEP_US, Topic.ATTITUDE: 4_150}
 _TOPICS_US: dict[Px4Release, dict[Topic, int]] = {
     "1.13": {
         Topic.ANY_TICK: TICK_US,
@@ -56,8 +59,10 @@ _TOPICS_US: dict[Px4Release, dict[Topic, int]] = {
         Topic.POWER: 10_000,
         Topic.VIBRATION: 90_000,
     },
-    "1.15": _LOCKSTEP_US,
+    "1.14": _FASTER_US,
+    "1.15": _FASTER_US,
     "1.16": _LOCKSTEP_US,
+    "1.17": _FASTER_US,
 }
 """How often each is worked out anew."""
 
@@ -67,11 +72,13 @@ class _Row(NamedTuple):
     topic: Topic
     onboard_hz: float
     gcs_hz: float
-    releases: tuple[Px4Release, ...] = ("1.13", "1.15", "1.16")
+    releases: tuple[Px4Release, ...] = ("1.13", "1.14", "1.15", "1.16", "1.17")
 
 
 _OLD: tuple[Px4Release, ...] = ("1.13",)
-_NEW: tuple[Px4Release, ...] = ("1.15", "1.16")
+_UTM: tuple[Px4Release, ...] = ("1.13", "1.14")
+_MISSION: tuple[Px4Release, ...] = ("1.15", "1.16", "1.17")
+_NEW: tuple[Px4Release, ...] = ("1.14", "1.15", "1.16", "1.17")
 _ROWS = (
     _Row(mavlink.MAVLINK_MSG_ID_HEARTBEAT, Topic.ANY_TICK, 1, 1),
     _Row(mavlink.MAVLINK_MSG_ID_TIMESYNC, Topic.ANY_TICK, 10, OFF_HZ),
@@ -90,7 +97,7 @@ _ROWS = (
     _Row(mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, Topic.POSITION, 50, 50),
     _Row(mavlink.MAVLINK_MSG_ID_GPS_RAW_INT, Topic.GPS, UNLIMITED_HZ, 1),
     _Row(mavlink.MAVLINK_MSG_ID_HOME_POSITION, Topic.ANY_TICK, 0.5, 0.5),
-    _Row(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT, Topic.ANY_TICK, 1, 1, _NEW),
+    _Row(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT, Topic.ANY_TICK, 1, 1, _MISSION),
     _Row(mavlink.MAVLINK_MSG_ID_OPEN_DRONE_ID_LOCATION, Topic.GPS, 1, 1, _NEW),
     _Row(mavlink.MAVLINK_MSG_ID_OPEN_DRONE_ID_SYSTEM, Topic.GPS, 1, 1, _NEW),
     _Row(mavlink.MAVLINK_MSG_ID_PING, Topic.ANY_TICK, 1, 0.1),
@@ -100,7 +107,7 @@ _ROWS = (
     _Row(mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW, Topic.OUTPUTS, 10, 50),
     _Row(mavlink.MAVLINK_MSG_ID_SYS_STATUS, Topic.POWER, 5, 1),
     _Row(mavlink.MAVLINK_MSG_ID_SYSTEM_TIME, Topic.ANY_TICK, 1, OFF_HZ),
-    _Row(mavlink.MAVLINK_MSG_ID_UTM_GLOBAL_POSITION, Topic.POSITION, 1, 0.5, _OLD),
+    _Row(mavlink.MAVLINK_MSG_ID_UTM_GLOBAL_POSITION, Topic.POSITION, 1, 0.5, _UTM),
     _Row(mavlink.MAVLINK_MSG_ID_VFR_HUD, Topic.POSITION, 10, 4),
     _Row(mavlink.MAVLINK_MSG_ID_VIBRATION, Topic.VIBRATION, 0.5, 0.1),
     _Row(mavlink.MAVLINK_MSG_ID_ACTUATOR_OUTPUT_STATUS, Topic.OUTPUTS, OFF_HZ, OFF_HZ),

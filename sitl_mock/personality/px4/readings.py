@@ -68,8 +68,7 @@ class _Site(NamedTuple):
 _LOCKSTEP = _Site((0.218, 0.012, 0.428), 0.06, 100_000, 70_000, 125_000)
 _SITES: dict[Px4Release, _Site] = {
     "1.13": _Site((0.174, -0.043, 0.508), 0.147, 50_800, 73_000, 50_710),
-    "1.15": _LOCKSTEP,
-    "1.16": _LOCKSTEP,
+    **dict.fromkeys(("1.14", "1.15", "1.16", "1.17"), _LOCKSTEP),
 }
 
 

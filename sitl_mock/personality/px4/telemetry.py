@@ -14,12 +14,17 @@ from sitl_mock.personality.px4.modes import Mode
 from sitl_mock.personality.px4.picture import Picture, int16, uint16
 
 _PREARM_CHECK = mavlink.MAV_SYS_STATUS_PREARM_CHECK
+_SENSORS_NEW = (0x0300402F, 0x0301402F, 0x1320C83F)
 _SENSORS: dict[Px4Release, tuple[int, int, int]] = {
     "1.13": (0x9020802C, 0x9020800C, 0x9020802F),
-    "1.15": (0x0300402F, 0x0301402F, 0x1320C83F),
-    "1.16": (0x0300402F, 0x0301402F, 0x1320C83F),
+    "1.14": _SENSORS_NEW,
+    "1.15": _SENSORS_NEW,
+    "1.16": _SENSORS_NEW,
+    "1.17": _SENSORS_NEW,
 }
-"""SYS_STATUS's sensors present, enabled and healthy when ready to arm, as recorded from SIH (1.15: taken to be as 1.16)."""
+"""SYS_STATUS's sensors present, enabled and healthy when ready to arm, as recorded from SIH.
+
+Those of 1.14 and 1.15 are taken to be 1.16's."""
 _LOAD_113, _LOAD_NEW = 290, 176
 """SYS_STATUS.load in per mille, as recorded."""
 _UNKNOWN_CURRENT_CA = -100
@@ -35,10 +40,12 @@ _OS_VERSION = 101854463
 _BOARD_UID = 5283920058631409231
 _VERSION: dict[Px4Release, tuple[int, int, tuple[int, ...]]] = {
     "1.13": (17629952, 58623, (0, 0, 0, 215, 160, 178, 138, 28)),
-    "1.15": (17761535, 59647, (0,) * 8),
+    "1.14": (17695999, 60671, (0, 0, 0, 34, 189, 242, 85, 21)),
+    "1.15": (17761535, 59647, (0, 0, 0, 127, 64, 4, 196, 153)),
     "1.16": (17826559, 59647, (0, 0, 0, 252, 95, 69, 240, 84)),
+    "1.17": (17891583, 59647, (0, 0, 0, 196, 209, 42, 241, 214)),
 }
-"""AUTOPILOT_VERSION.flight_sw_version, capabilities and flight_custom_version of 1.13.3, 1.15.4 (not recorded), 1.16.2."""
+"""AUTOPILOT_VERSION.flight_sw_version, capabilities and flight_custom_version of 1.13.3, 1.14.4, 1.15.4, 1.16.2, 1.17.0."""
 
 
 def heartbeat(picture: Picture) -> Message:

@@ -152,7 +152,7 @@ def utm_global_position(picture: Picture) -> Message:
 
 
 def open_drone_id_location(picture: Picture) -> Message:
-    """OPEN_DRONE_ID_LOCATION, of 1.15 and 1.16: mostly the GPS's."""
+    """OPEN_DRONE_ID_LOCATION, of 1.14 and later: mostly the GPS's."""
     readings = picture.readings
     fix = readings.gps(picture.position, picture.boot_us)
     down_m_s = fix.velocity_ned_m_s[2]
@@ -180,7 +180,7 @@ def open_drone_id_location(picture: Picture) -> Message:
 
 
 def open_drone_id_system(picture: Picture) -> Message:
-    """OPEN_DRONE_ID_SYSTEM, of 1.15 and 1.16: the operator stands at home."""
+    """OPEN_DRONE_ID_SYSTEM, of 1.14 and later: the operator stands at home."""
     latitude, longitude, altitude_m = picture.origin.geographic(picture.home.position_ned_m)
     return mavlink.MAVLink_open_drone_id_system_message(
         0,

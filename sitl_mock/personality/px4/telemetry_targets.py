@@ -16,8 +16,7 @@ _LEAST_THRUST = 0.001
 _DISARMED_US = 900
 _OTHER_SERVOS: dict[Px4Release, tuple[int, ...]] = {
     "1.13": (1500, 1500, 900, 900, *(0,) * 8),
-    "1.15": (900,) * 12,
-    "1.16": (900,) * 12,
+    **dict.fromkeys(("1.14", "1.15", "1.16", "1.17"), (900,) * 12),
 }
 """What the outputs without a motor, 5 to 16, show when armed, as recorded; the first eight are 900 disarmed."""
 _NAN3 = (math.nan, math.nan, math.nan)

@@ -80,7 +80,7 @@ def test_faults_come_on_top_of_the_files(tmp_path, fault_file):
     ("arguments", "words"),
     [
         (["--autopilot", "apm"], "--autopilot: Input should be 'px4' or 'ardupilot'"),
-        (["--firmware", "1.14"], "--firmware: Input should be 'auto', '1.13', '1.15', '1.16' or '4.7'"),
+        (["--firmware", "1.12"], "--firmware: Input should be 'auto', '1.13', '1.14', '1.15', '1.16', '1.17'"),
         (["--wind", "1,0,0", "--firmware", "4.7"], "--firmware mock.firmware: firmware 4.7 is none of px4's"),
         (["--vehicle", "zeppelin"], "zeppelin: no such file, and no vehicle of that name"),
         (["--fault", "none.toml"], "none.toml: no such file"),

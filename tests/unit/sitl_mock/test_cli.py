@@ -103,14 +103,14 @@ def test_bad_wind(wind):
         three_numbers("--wind", wind)
 
 
-@pytest.mark.parametrize(("number", "text"), [(1.13, "1.13"), (1.15, "1.15"), (1.16, "1.16")])
+@pytest.mark.parametrize(("number", "text"), [(1.13, "1.13"), (1.15, "1.15"), (1.17, "1.17")])
 def test_firmware_may_be_a_number(number, text):
     assert parse_section(MockConfig, {"firmware": number}, "mock.toml", "mock").firmware == text
 
 
-@pytest.mark.parametrize("value", [1.14, 1, True, "1.130", [1.13]])
+@pytest.mark.parametrize("value", [1.12, 1, True, "1.130", [1.13]])
 def test_no_other_firmware(value):
-    with pytest.raises(ConfigError, match=r"'auto', '1\.13', '1\.15', '1\.16' or '4\.7'") as caught:
+    with pytest.raises(ConfigError, match=r"'auto', '1\.13', '1\.14', '1\.15', '1\.16', '1\.17' or '4\.7'") as caught:
         parse_section(MockConfig, {"firmware": value}, "mock.toml", "mock")
     assert caught.value.key == "mock.firmware"
 
@@ -161,7 +161,7 @@ def test_an_endpoint_that_is_none():
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--firmware", "1.14"], "error: --firmware: Input should be 'auto', '1.13', '1.15', '1.16' or '4.7'"),
+        (["--firmware", "1.12"], "error: --firmware: Input should be 'auto', '1.13', '1.14', '1.15', '1.16', '1.17'"),
         (["--firmware", "4.7"], "error: --firmware: firmware 4.7 is none of px4's"),
         (["--autopilot", "apm"], "error: --autopilot: Input should be 'px4' or 'ardupilot'"),
         (["--autopilot", "ardupilot", "--firmware", "1.16"], "error: --firmware: firmware 1.16 is none of ardupilot's"),

@@ -164,7 +164,9 @@ def test_unknown_command_is_unsupported(pilot):
     assert pilot().command(31000) == [UNSUPPORTED]
 
 
-@pytest.mark.parametrize(("firmware", "version"), [("1.15", (1, 15, 4)), ("1.16", (1, 16, 2))])
+@pytest.mark.parametrize(
+    ("firmware", "version"), [("1.14", (1, 14, 4)), ("1.15", (1, 15, 4)), ("1.16", (1, 16, 2)), ("1.17", (1, 17, 0))]
+)
 def test_version_of_a_later_release(pilot, firmware, version):
     p = pilot(firmware=firmware)
     p.command(512, 148)

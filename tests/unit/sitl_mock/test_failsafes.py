@@ -95,7 +95,7 @@ def test_loss_of_setpoints_on_113(pilot, action, mode):
     assert p.mock.mode == "OFFBOARD"
 
 
-@pytest.mark.parametrize("firmware", ["1.15", "1.16"])
+@pytest.mark.parametrize("firmware", ["1.14", "1.15", "1.16"])
 @pytest.mark.parametrize(
     ("action", "mode"),
     [(0, "POSCTL"), (1, "ALTCTL"), (2, "STABILIZED"), (3, "AUTO.RTL"), (4, "AUTO.LAND"), (5, "AUTO.LOITER")],
@@ -113,6 +113,16 @@ def test_loss_of_setpoints_on_later_releases(pilot, firmware, action, mode):
     p.position(0.0, 0.0, -2.5)
     p.run(0.02)
     assert p.mock.mode == "OFFBOARD"
+
+
+@pytest.mark.parametrize(("action", "mode"), [(0, "AUTO.RTL"), (1, "AUTO.RTL"), (4, "AUTO.LAND"), (5, "AUTO.LOITER")])
+def test_loss_of_setpoints_on_117_without_sticks(pilot, action, mode):
+    p = set_parameter(pilot(firmware="1.17").hover(), "COM_OBL_RC_ACT", action)
+    p.position(0.0, 0.0, -2.5)
+    p.offboard()
+    p.fly(1.1)
+    assert p.mock.mode == mode
+    assert "Failsafe activated" in p.texts()
 
 
 @pytest.mark.parametrize("action", [6, 7])

@@ -20,7 +20,7 @@ def reposition(p, n, e, height_m, yaw=NAN, speed=-1.0, flags=1.0):
     return [a.result for a in p.send(message) if a.get_type() == "COMMAND_ACK"]
 
 
-@pytest.mark.parametrize("firmware", ["1.13", "1.15", "1.16"])
+@pytest.mark.parametrize("firmware", ["1.13", "1.14", "1.15", "1.16", "1.17"])
 def test_reposition_flies_there_in_loiter(pilot, quiet, firmware):
     p = pilot(sensors=quiet, firmware=firmware).hover()
     p.command(176, 1, 4, 6)

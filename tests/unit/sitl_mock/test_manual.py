@@ -31,7 +31,7 @@ def flying(pilot, quiet):
     return make
 
 
-@pytest.mark.parametrize("firmware", ["1.13", "1.15", "1.16"])
+@pytest.mark.parametrize("firmware", ["1.13", "1.14", "1.15", "1.16", "1.17"])
 def test_released_sticks_hold_the_place_in_posctl(flying, firmware):
     p = flying(3, firmware)
     at = p.truth.position_ned_m

@@ -237,7 +237,7 @@ def fly_until(p, is_done, limit_s):
     raise AssertionError(f"not done after {limit_s} s in {p.mock.mode}: {p.texts()[-4:]}")
 
 
-@pytest.mark.parametrize("firmware", ["1.13", "1.15", "1.16"])
+@pytest.mark.parametrize("firmware", ["1.13", "1.14", "1.15", "1.16", "1.17"])
 def test_a_whole_mission(pilot, quiet, firmware):
     p = pilot(sensors=quiet, firmware=firmware).run(1.1).heartbeat()
     plan = [

@@ -1,20 +1,23 @@
 """The tables of parameters."""
 
 import struct
+from typing import get_args
 
 import pytest
 
 from mavquad.protocol.codec import mavlink
-from sitl_mock.config import MockConfig
+from sitl_mock.config import MockConfig, Px4Release
 from sitl_mock.personality.parameter_table import load_parameters
 from sitl_mock.personality.px4.defaults import px4_parameters
 
 PX4 = "sitl_mock.personality.px4"
 
 
-@pytest.mark.parametrize(("file", "count"), [("parameters_1.13.csv", 722), ("parameters_1.16.csv", 893)])
-def test_every_recorded_parameter_in_order(file, count):
-    rows = load_parameters(PX4, file)
+@pytest.mark.parametrize(
+    ("release", "count"), [("1.13", 722), ("1.14", 861), ("1.15", 882), ("1.16", 893), ("1.17", 872)]
+)
+def test_every_recorded_parameter_in_order(release, count):
+    rows = load_parameters(PX4, f"parameters_{release}.csv")
     names = [row.name for row in rows]
     assert len(names) == count
     assert names == sorted(names)
@@ -22,9 +25,9 @@ def test_every_recorded_parameter_in_order(file, count):
     assert max(len(name) for name in names) <= 16
 
 
-@pytest.mark.parametrize("file", ["parameters_1.13.csv", "parameters_1.16.csv"])
-def test_values_are_of_their_type(file):
-    for row in load_parameters(PX4, file):
+@pytest.mark.parametrize("release", get_args(Px4Release))
+def test_values_are_of_their_type(release):
+    for row in load_parameters(PX4, f"parameters_{release}.csv"):
         if row.wire_type == mavlink.MAV_PARAM_TYPE_INT32:
             assert isinstance(row.value, int)
             struct.pack("<i", row.value)

@@ -9,7 +9,7 @@ from sitl_mock.personality.px4.sites import ORIGINS
 
 NAN = math.nan
 POSITION, VELOCITY, ACCELERATION = 0xDF8, 0xDC7, 0xC3F
-RELEASES = ["1.13", "1.15", "1.16"]
+RELEASES = ["1.13", "1.14", "1.15", "1.16", "1.17"]
 
 
 def target(n=0.0, e=0.0, d=-2.5, v=(0.0, 0.0, 0.0), a=(0.0, 0.0, 0.0), mask=POSITION, frame=1, yaw=0.0, yaw_rate=0.0):
