@@ -45,11 +45,6 @@ class OpenLoop(Controller):
         self._asked_with = (gain, slowed, self._thrust, self._yaw_input)
         return super()._realised(gain, asked, slowed)
 
-    @property
-    def arrives_us(self) -> int:
-        """When the latest command would have arrived."""
-        return self._arrive_us
-
     def instead(self, acted: Acted) -> LawCommand:
         """Take back the latest command: this acted. Returns it as a command."""
         gain, slowed, thrust, yaw_input = self._asked_with

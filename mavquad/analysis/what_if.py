@@ -2,7 +2,8 @@
 
 The other law is asked at the moments of the flown one's steps and told what acted instead (`mavquad.analysis.open_loop`):
 where it commands the same thing, the flown inputs; at another depth, or where its inputs have another meaning, the motion
-that was measured. With the flown configuration every command is the flown one, to the bit.
+that was measured. Where it commands the same thing it also goes by the inner loop that its flown commands and their answers
+show, as in flight. With the flown configuration every command is the flown one, to the bit.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from mavquad.control.params import LawParams
 from mavquad.control.tuning import Tuning, tuning
 from mavquad.flight.airframe import AirframeParams
 from mavquad.flight.guards import tilt_rad
+from mavquad.flight.inner_loop import InnerLoop
 from mavquad.flight.law_flight import WATCHED_US, Watched, within_controls
 from mavquad.flight.machine import Phase
 from mavquad.flight_record import TraceRow
@@ -181,16 +183,16 @@ class _Beside:
     """The other law on its way through a flight."""
 
     def __init__(self, flown: Flown, law: LawParams, depth: Depth, steps: Sequence[FlownStep]) -> None:
-        self._flown = flown
+        self._flown, self._own = flown, law
         found = {key: value for key, value in flown.found.items() if depth == steps[0].row.depth or key == "delay_s"}
         self._told = law.of(flown.autopilot).told(found)
-        self._law = self._within(flown.hover_thrust_norm)
         self._depth = depth
-        self._tune = tuning(self._law, depth)
+        self._tune = tuning(self._within(self._told, flown.hover_thrust_norm), depth)
         self._first = steps[0].row
         self._same = _means_the_same(self._tune, self._first)
         self._motion = None if self._same else _motion(flown, steps)
         self._controller: OpenLoop | None = None
+        self._inner_loop: InnerLoop | None = None
         self._watched_us: int | None = None
         self._attitude: Attitude | None = None
         self._position: Position | None = None
@@ -199,8 +201,8 @@ class _Beside:
         answers = [answer for item in self._flown.inputs if (answer := self._take(item)) is not None]
         return WhatIf(self._first.depth, self._depth, self._same, tuple(answers))
 
-    def _within(self, hover_thrust_norm: float) -> LawParams:
-        return within_controls(self._told, self._flown.airframe, hover_thrust_norm)
+    def _within(self, law: LawParams, hover_thrust_norm: float) -> LawParams:
+        return within_controls(law, self._flown.airframe, hover_thrust_norm)
 
     def _take(self, item: FlownMeasurement | FlownTarget | FlownStep) -> Answer | None:
         if isinstance(item, FlownStep):
@@ -214,6 +216,8 @@ class _Beside:
             self._attitude = measured
             if controller is not None:
                 controller.observe_attitude(measured)
+            if controller is not None and item.in_control:
+                self._heed(measured, controller)
         else:
             self._position = measured
             if controller is not None:
@@ -225,14 +229,24 @@ class _Beside:
         if not self._same:
             return
         if watched.starts:
-            self._controller = self._started(self._within(watched.hover_thrust_norm))
+            self._controller = self._started(watched.hover_thrust_norm)
         if self._controller is not None:
             self._controller.acted(watched.stamp_us, watched.command)
             self._watched_us = watched.stamp_us
 
-    def _started(self, law: LawParams) -> OpenLoop:
+    def _started(self, hover_thrust_norm: float) -> OpenLoop:
         assert self._position is not None and self._attitude is not None
-        return OpenLoop(law, self._depth, self._position, self._attitude, self._trim_m_s2())
+        law = self._told
+        if self._same:
+            self._inner_loop = InnerLoop(self._own, law, self._depth)
+            law = self._inner_loop.law
+        within = self._within(law, hover_thrust_norm)
+        return OpenLoop(within, self._depth, self._position, self._attitude, self._trim_m_s2())
+
+    def _heed(self, attitude: Attitude, controller: OpenLoop) -> None:
+        better = self._inner_loop.answer(attitude) if self._inner_loop is not None else None
+        if better is not None:
+            controller.retune(self._within(better, self._flown.hover_thrust_norm))
 
     def _trim_m_s2(self) -> float:
         assert self._attitude is not None
@@ -245,7 +259,7 @@ class _Beside:
         if controller is not None and watched_us is not None and self._position.stamp_us - watched_us <= WATCHED_US:
             controller.begin(self._attitude, self._trim_m_s2())
         elif controller is None or watched_us is not None or not step.in_control:
-            controller, self._watched_us = self._started(self._law), None
+            controller, self._watched_us = self._started(self._flown.hover_thrust_norm), None
         if step.in_control:
             self._watched_us = None
         return controller
@@ -258,7 +272,9 @@ class _Beside:
         assert trace is not None
         acted = self._acted(step, controller)
         if acts:
-            controller.instead(acted)
+            flown = controller.instead(acted)
+            if self._inner_loop is not None:
+                self._inner_loop.command(flown, controller.arrives_us)
         airframe = self._flown.airframe
         controls = setpoints.controls(
             command, airframe.torque_scale_frd_rad_s2, self._flown.hover_thrust_norm, GRAVITY_M_S2
