@@ -50,12 +50,14 @@ class Late(NamedTuple):
         deviation_s: standard deviation of that.
         unexplained: share of the answer's variance that the commands leave unexplained.
         peak: greatest gain from command to answer.
+        moved: root mean square of the motion that the commands explain, in the answer's unit.
     """
 
     delay_s: float
     deviation_s: float
     unexplained: float
     peak: float
+    moved: float
 
 
 class _Axis:
@@ -186,4 +188,5 @@ class ResponseMeter:
         deviation_s = self._lag_s * math.sqrt(left / count * max(float(_TO_LAST @ to_last), 0.0))
         answer = np.append(b, 1.0 - b.sum()) @ _GAINS
         delay_s = self._lag_s * (TERMS + float(_TO_LAST @ b))
-        return Late(delay_s, deviation_s, left / yy, float(np.abs(answer).max()))
+        moved = math.sqrt(max(yy - left, 0.0) / count)
+        return Late(delay_s, deviation_s, left / yy, float(np.abs(answer).max()), moved)

@@ -24,6 +24,9 @@ SURE = 3.0
 """Standard deviations of T must be less than that."""
 UNEXPLAINED: dict[Depth, float] = {"rate": 0.4, "attitude": 0.15}
 """Of a motion that is less the commands' doing than this nothing is learned."""
+LEAST_MOVED: dict[Depth, float] = {"rate": 0.02, "attitude": 0.005}
+"""rad/s or rad: what the commands must do to teach anything. A real ArduCopter 4.6.3 in a calm hover moves by 0.002 rad/s, as
+much by itself as by command: its answer of 30 ms then looks like one of 150."""
 USUAL_PEAK = 1.2
 MOST_SLOWER = 2.5
 """No quadcopter that flies at all wants more, but a poor excitation may say so."""
@@ -79,11 +82,14 @@ class InnerLoop:
             roll, pitch = attitude.roll_rad, attitude.pitch_rad
         late = self._meter.answer(attitude.stamp_us, roll, pitch)
         self._since_us = self._since_us or attitude.stamp_us
-        if late is not None and late.unexplained <= UNEXPLAINED[self._depth] and self._is_other(late):
+        if late is not None and self._teaches(late) and self._is_other(late):
             return self._changed()
         if self._first and attitude.stamp_us - self._since_us > PATIENCE_US:
             return self._changed()
         return None
+
+    def _teaches(self, late: Late) -> bool:
+        return late.unexplained <= UNEXPLAINED[self._depth] and late.moved >= LEAST_MOVED[self._depth]
 
     def _is_other(self, late: Late) -> bool:
         """Whether the law must change for this."""

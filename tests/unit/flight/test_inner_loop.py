@@ -96,7 +96,7 @@ def test_a_loop_beyond_reason_lowers_them_no_further() -> None:
 
 def test_a_peak_lowers_them_too_and_no_further(monkeypatch: pytest.MonkeyPatch) -> None:
     loop = InnerLoop(LAW, LAW, "rate")
-    told = iter([Late(OWN_S, 0.001, 0.0, 1.5), *[Late(0.2, 0.001, 0.0, 3.0)] * 2])
+    told = iter([Late(OWN_S, 0.001, 0.0, 1.5, 0.1), *[Late(0.2, 0.001, 0.0, 3.0, 0.1)] * 2])
     monkeypatch.setattr(ResponseMeter, "answer", lambda *_: next(told))
     attitude = Attitude(1_000_000, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0))
     found = [loop.answer(attitude) for _ in range(3)]
@@ -109,6 +109,19 @@ def test_where_nothing_moves_it_goes_on_as_told_after_a_while() -> None:
     loop = InnerLoop(LAW, LAW, "rate")
     assert shaken(loop, 0.15, seconds=PATIENCE_US * 1e-6 - 0.1, size=0.0) == []
     assert shaken(InnerLoop(LAW, LAW, "rate"), 0.15, seconds=PATIENCE_US * 1e-6 + 0.2, size=0.0) == [LAW]
+
+
+@pytest.mark.parametrize(("depth", "least"), [("rate", 0.02), ("attitude", 0.005)])
+def test_of_next_to_no_motion_nothing_is_learned(monkeypatch: pytest.MonkeyPatch, depth: Depth, least: float) -> None:
+    """A real ArduCopter in a calm hover moves as much by itself as by command."""
+    moved = iter([0.9 * least, 1.1 * least])
+    monkeypatch.setattr(ResponseMeter, "answer", lambda *_: Late(0.4, 0.001, 0.0, 1.0, next(moved)))
+    loop = InnerLoop(LAW, LAW, depth)
+    attitude = Attitude(1_000_000, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0))
+    assert loop.answer(attitude) is None
+    law = loop.answer(attitude)
+    assert law is not None
+    assert omega0(law, depth) < omega0(LAW, depth)
 
 
 @pytest.mark.parametrize(
