@@ -147,10 +147,12 @@ def test_a_run_in_simulation_has_no_vehicle_to_go_back_to(cli, run):
 # ---------------------------------------------------------------------- whom it takes for the vehicle
 
 
-def heartbeat(armed: bool = False, component: int = 1) -> bytes:
+def heartbeat(armed: bool = False, component: int = 1, sequence: int = 0) -> bytes:
     mode = mavlink.MAV_MODE_FLAG_SAFETY_ARMED if armed else 0
     message = mavlink.MAVLink_heartbeat_message(2, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mode, 4, 4, 3)
-    return Encoder(1, component).encode(message)
+    encoder = Encoder(1, component)
+    encoder.sequence = sequence
+    return encoder.encode(message)
 
 
 def restorer(**options: bool) -> Restorer:
@@ -192,7 +194,7 @@ def test_one_that_is_armed_meanwhile_is_left_alone_from_then_on():
     endpoint = restorer()
     endpoint.receive(heartbeat(), START_US + 4)
     assert endpoint.error is None
-    endpoint.receive(heartbeat(armed=True), START_US + 8)
+    endpoint.receive(heartbeat(armed=True, sequence=1), START_US + 8)
     assert endpoint.done
     assert endpoint.error is not None
 
