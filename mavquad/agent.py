@@ -189,7 +189,7 @@ class Agent:
     @property
     def error(self) -> MavquadError | None:
         """Why the flight did not complete; None while it may still."""
-        return self._captain.error
+        return self._captain.story.error
 
     @property
     def interrupted(self) -> bool:
@@ -198,7 +198,7 @@ class Agent:
 
     def take_notes(self) -> list[Note]:
         """The story since the last call."""
-        return self._captain.take_notes()
+        return self._captain.story.take_notes()
 
     def take_trace(self) -> list[TraceRow]:
         """The rows of the law since the last call."""

@@ -24,12 +24,14 @@ from mavquad.flight.machine import IN_FLIGHT, Event, Phase, next_phase
 from mavquad.flight.mission_check import height_fault
 from mavquad.flight.mission_params import MissionParams
 from mavquad.flight.modes import asked_for, own_modes, way_back
+from mavquad.flight.phases.bridge import Address
 from mavquad.flight.preparation import Preparation
+from mavquad.flight.story import Story
 from mavquad.flight.takeoff import TakeoffWatch
 from mavquad.flight.torque_probe import TorqueProbe
 from mavquad.flight.vehicle import Vehicle
 from mavquad.flight.velocity_check import VelocityCheck
-from mavquad.flight_record import Note, Status, TraceRow
+from mavquad.flight_record import Status, TraceRow
 from mavquad.protocol import command as commands
 from mavquad.protocol.codec import Message, mavlink
 from mavquad.protocol.command import Command, CommandExchange, Reply
@@ -54,36 +56,34 @@ _DISARMED = frozenset((Phase.IDENTIFYING, Phase.PREPARING, Phase.WAITING))
 _ON_GROUND = _DISARMED | _PROBE | {Phase.CONNECTING}
 _BEFORE_THE_LAW = _DISARMED | _PROBE | {Phase.TAKING_OFF}
 
-Address = tuple[int, int]
-"""(system id, component id)."""
-
 
 class Captain:
     """One mission on one vehicle.
 
     Attributes:
         phase: where the flight is.
-        error: why the flight did not complete; None while it may still.
+        story: what happened, and why the flight did not complete.
         interrupted: whether the operator stopped it.
         order_fault: why the operator's last order is not flown; empty when it is.
     """
 
     def __init__(self, params: AgentParams, start_us: int, send: Callable[[Message], None], sync: TimeSync) -> None:
         self._params = params
-        self._now_us = start_us
+        self.now_us = start_us
         self._send = send
-        self._target: Address = (0, 0)
+        self.target: Address = (0, 0)
         self._exchange = CommandExchange()
-        self._refusal_us = NEVER_US
+        self.refusal_us = NEVER_US
         self._refusal_result = ""
-        self._phase_us = self._now_us
-        self._phase_limit_us = self._limit_us(Phase.CONNECTING)
-        self._ground_m = 0.0
+        self.phase_us = self.now_us
+        self.limit_us = self._limit_us(Phase.CONNECTING)
+        self.ground_m = 0.0
         self._seen_own_mode = False
         self._reaction: Reaction = LAND
         self._waits_for = ""
         self._believed_us = NEVER_US
-        self._notes = [Note(start_us, "phase", Phase.CONNECTING.value)]
+        self.story = Story()
+        self.note("phase", Phase.CONNECTING.value)
         self._vehicle = Vehicle()
         self._firmware = PX4
         self._identification = Identification(params.streams, PX4)
@@ -99,7 +99,6 @@ class Captain:
         self._control = Control(params.guards, law, sync)
         self.phase = Phase.CONNECTING
         self._phase_name = self.phase.value
-        self.error: MavquadError | None = None
         self.interrupted = False
         self.order_fault = ""
         self._holds = params.flight.at_end == "hold"
@@ -114,8 +113,8 @@ class Captain:
 
     def take(self, message: Message, sender: Address, now_us: int) -> None:
         """Take in a message of the vehicle."""
-        self._now_us = now_us
-        self._target = sender
+        self.now_us = now_us
+        self.target = sender
         self._keeper.on_message(message.get_msgId())
         self._HANDLERS[message.get_msgId()](self, message)
 
@@ -126,21 +125,21 @@ class Captain:
             self._identification.next_deadline_us() if self.phase is Phase.IDENTIFYING else NEVER_US,
             self._preparation.next_deadline_us(),
             self._probe.next_deadline_us(),
-            self._phase_limit_us,
-            self._refusal_us,
+            self.limit_us,
+            self.refusal_us,
             self._control.next_deadline_us(),
         )
 
     def on_deadline(self, now_us: int) -> None:
         """Act on whatever is due."""
-        self._now_us = now_us
+        self.now_us = now_us
         self._trip(self._control.silence(now_us))
         self._repeat_requests()
-        if now_us >= self._refusal_us:
-            self._fire(Event.REFUSED, reasons.refused(self._exchange, self._refusal_result, self._said()))
-        if now_us >= self._phase_limit_us:
-            self._fire(Event.TIMEOUT, self._limit_error())
-        self._stay_safe()
+        if now_us >= self.refusal_us:
+            self.fire(Event.REFUSED, reasons.refused(self._exchange, self._refusal_result, self.said()))
+        if now_us >= self.limit_us:
+            self.fire(Event.TIMEOUT, self._limit_error())
+        self.stay_safe()
 
     def measured_round_trip(self, round_trip_us: int) -> None:
         """The vehicle answered a TIMESYNC of ours."""
@@ -149,7 +148,7 @@ class Captain:
 
     def heard_frame(self, sequence: int, now_us: int) -> None:
         """A frame of the vehicle, whatever it holds."""
-        self._now_us = now_us
+        self.now_us = now_us
         self._trip(self._control.guards.on_frame(sequence, now_us))
 
     def heard_ground_station(self, now_us: int) -> None:
@@ -158,29 +157,29 @@ class Captain:
 
     def late(self, now_us: int, lateness_us: float) -> None:
         """The driver tells that a setpoint left late."""
-        self._now_us = now_us
+        self.now_us = now_us
         self._trip(self._control.guards.on_late(round(lateness_us), now_us))
 
     def lose(self, now_us: int) -> None:
         """The vehicle is silent."""
-        self._now_us = now_us
-        self._fire(Event.LOST, reasons.lost(self.phase, self._params.link.heartbeat_timeout_s))
+        self.now_us = now_us
+        self.fire(Event.LOST, reasons.lost(self.phase, self._params.link.heartbeat_timeout_s))
 
     # ------------------------------------------------------------------ operator and observers
 
     def stop(self, now_us: int) -> None:
         """The operator stops: hand back and land, from wherever the flight is."""
-        self._now_us = now_us
+        self.now_us = now_us
         if self.phase is Phase.DONE:
             return
         self.interrupted = True
-        self._note("operator", "stop")
-        self._fire(Event.STOP)
+        self.note("operator", "stop")
+        self.fire(Event.STOP)
 
     def takeoff(self, now_us: int, height_m: float = 0.0) -> None:
         """The operator orders the takeoff; to this height, or, at 0, to the configured one."""
-        self._now_us = now_us
-        self._note("operator", f"take off to {height_m:g} m" if height_m else "take off")
+        self.now_us = now_us
+        self.note("operator", f"take off to {height_m:g} m" if height_m else "take off")
         self._takeoff_m = height_m or self._takeoff_m
         self._may_take_off = True
         self._check_identity()
@@ -203,32 +202,32 @@ class Captain:
         self._order(now_us, f"fly {mission_json}", lambda _: orders.mission_of(mission_json))
 
     def _order(self, now_us: int, words: str, plan: Callable[[int], MissionParams]) -> None:
-        self._now_us, self.order_fault = now_us, ""
+        self.now_us, self.order_fault = now_us, ""
         law, position = self._control.law, self._control.pose.position
         try:
             if self.phase is not Phase.FLYING or position is None:
                 raise orders.OrderRefused(f"the law does not fly it, phase {self.phase.value}")
             mission = plan(position.stamp_us)
-            here_m = law.reference(position.stamp_us).z_m[0] - self._ground_m
+            here_m = law.reference(position.stamp_us).z_m[0] - self.ground_m
             orders.check(mission, self._params.guards, law.params, here_m)
         except orders.OrderRefused as refused:
             self.order_fault = str(refused)
-            self._note("operator", f"{words}: not flown: {refused}")
+            self.note("operator", f"{words}: not flown: {refused}")
             return
-        self._note("operator", words)
+        self.note("operator", words)
         self._holds = True
         law.fly(mission, position.stamp_us)
 
     def land(self, now_us: int) -> None:
         """The operator orders the landing."""
-        self._now_us = now_us
-        self._note("operator", "land")
-        self._fire(Event.MISSION_OVER if self.phase is Phase.FLYING else Event.STOP)
+        self.now_us = now_us
+        self.note("operator", "land")
+        self.fire(Event.MISSION_OVER if self.phase is Phase.FLYING else Event.STOP)
 
     @property
     def awaits_takeoff(self) -> bool:
         """Whether the vehicle is known and the operator's takeoff is waited for."""
-        return self.phase is Phase.IDENTIFYING and self._phase_limit_us == NEVER_US
+        return self.phase is Phase.IDENTIFYING and self.limit_us == NEVER_US
 
     @property
     def law(self) -> LawFlight:
@@ -242,23 +241,18 @@ class Captain:
 
     def kept(self, now_us: int) -> None:
         """What the parameters were is kept where it survives us: they may be changed."""
-        self._now_us = now_us
-        self._send_all(self._preparation.change(self._target, now_us))
+        self.now_us = now_us
+        self.send_all(self._preparation.change(self.target, now_us))
         self._check_preparation()
 
     def last_resort(self) -> list[Message]:
         """What to send when our own code has failed in flight: hold, and no rotation meanwhile."""
-        hold = commands.set_mode(self._firmware.hold).message(self._target, 0)
+        hold = commands.set_mode(self._firmware.hold).message(self.target, 0)
         if self.phase in _PROBE:
             return [hold]
         if self.phase not in (Phase.ENGAGING, Phase.FLYING, Phase.HANDING_BACK):
             return []  # the autopilot flies it, by itself
-        return [hold, self._control.safe(self._target, self._now_us)]
-
-    def take_notes(self) -> list[Note]:
-        """The story since the last call."""
-        notes, self._notes = self._notes, []
-        return notes
+        return [hold, self._control.safe(self.target, self.now_us)]
 
     def take_trace(self) -> list[TraceRow]:
         """The rows since the last call."""
@@ -276,12 +270,12 @@ class Captain:
             armed=self._vehicle.armed,
             vehicle=self._vehicle_words() if known else "",
             version=self._identification.version,
-            height_m=position.position_nwu_m[2] - self._ground_m if position else None,
+            height_m=position.position_nwu_m[2] - self.ground_m if position else None,
             row=control.last_row if control.on else None,
             mission_s=mission_s,
             mission_duration_s=mission_duration_s,
             depth=control.law.depth if known else "",
-            position_hz=self._vehicle.streams["LOCAL_POSITION_NED"].rate_hz(self._now_us),
+            position_hz=self._vehicle.streams["LOCAL_POSITION_NED"].rate_hz(self.now_us),
             hover_thrust_norm=self._hover.norm,
             setpoints_sent=control.sent,
             safe_setpoints=control.safe_sent,
@@ -290,74 +284,74 @@ class Captain:
 
     def _vehicle_words(self) -> str:
         version = ".".join(map(str, self._identification.version))
-        return f"{self._firmware.name} {version} ({self._target[0]}/{self._target[1]})"
+        return f"{self._firmware.name} {version} ({self.target[0]}/{self.target[1]})"
 
     # ------------------------------------------------------------------ sending
 
-    def _send_all(self, messages: Iterable[Message]) -> None:
+    def send_all(self, messages: Iterable[Message]) -> None:
+        """Send these, once."""
         for message in messages:
             self._send(message)
 
-    def _request(self, command: Command) -> None:
-        self._send(self._exchange.request(command, self._target, self._now_us))
+    def request(self, command: Command) -> None:
+        """Send a command, again and again until it is answered or the phase is over."""
+        self._send(self._exchange.request(command, self.target, self.now_us))
 
     def _repeat_requests(self) -> None:
         if self.phase is Phase.IDENTIFYING:
-            self._send_all(self._identification.on_deadline(self._target, self._now_us))
+            self.send_all(self._identification.on_deadline(self.target, self.now_us))
             self._check_identity()
-        self._send_all(self._preparation.on_deadline(self._target, self._now_us))
+        self.send_all(self._preparation.on_deadline(self.target, self.now_us))
         self._check_preparation()
-        self._send_all(self._probe.on_deadline(self._target, self._now_us))
-        repeated = self._exchange.on_deadline(self._target, self._now_us)
+        self.send_all(self._probe.on_deadline(self.target, self.now_us))
+        repeated = self._exchange.on_deadline(self.target, self.now_us)
         if repeated is Reply.TIMEOUT and self.phase not in (Phase.LANDING, Phase.WITHDRAWING):
-            self._fire(Event.TIMEOUT, reasons.unanswered(self._exchange, self._said(), self._now_us))
+            self.fire(Event.TIMEOUT, reasons.unanswered(self._exchange, self.said(), self.now_us))
         elif repeated is not None and repeated is not Reply.TIMEOUT:
             self._send(repeated)
 
     # ------------------------------------------------------------------ the machine
 
-    def _fire(self, event: Event, error: MavquadError | None = None) -> None:
+    def fire(self, event: Event, error: MavquadError | None = None) -> None:
+        """Something happened: on to the phase that the table names, if any; then the error, if any, is why."""
         phase = next_phase(self.phase, event)
         if phase is self.phase:
             return
-        self._blame(error)
+        if error is not None:
+            self.blame(error)
         self.phase, self._phase_name = phase, phase.value
-        self._phase_us = self._now_us
-        self._phase_limit_us = self._limit_us(phase)
+        self.phase_us = self.now_us
+        self.limit_us = self._limit_us(phase)
         # A request of the phase before must not be repeated into this one, least of all a mode change.
         self._exchange.cancel()
-        self._refusal_us = NEVER_US
+        self.refusal_us = NEVER_US
         self._seen_own_mode = False
         self._control.pose.may_restart = phase in _ON_GROUND
-        self._note("phase", phase.value)
+        self.note("phase", phase.value)
         action = self._ENTER.get(phase)
         if action is not None:
             action(self)
 
-    def _blame(self, error: MavquadError | None) -> None:
-        """The first error is why the flight did not complete; what goes wrong after it is told too."""
-        if error is None:
-            return
-        self._note("error", error.message)
-        if self.error is None:
-            self.error = error
-        else:
-            self.error.followed_by(error)
+    def blame(self, error: MavquadError) -> None:
+        """Something went wrong."""
+        self.story.blame(self.now_us, error)
 
-    def _note(self, kind: str, text: str) -> None:
-        self._notes.append(Note(self._now_us, kind, text))
+    def note(self, kind: str, text: str) -> None:
+        """A line of the story."""
+        self.story.note(self.now_us, kind, text)
 
-    def _said(self) -> str:
-        return self._vehicle.said(self._phase_us, self._now_us)
+    def said(self) -> str:
+        """The vehicle's own texts that may explain what happens now."""
+        return self._vehicle.said(self.phase_us, self.now_us)
 
     def _limit_us(self, phase: Phase) -> int:
         limit_s = self._params.flight.limit_s(phase)
-        return self._now_us + grid_us(limit_s) if limit_s else NEVER_US
+        return self.now_us + grid_us(limit_s) if limit_s else NEVER_US
 
     def _limit_error(self) -> MavquadError:
         if self.phase is Phase.ENGAGING:
             except_mask = self._identification.parameters.get("COM_RCL_EXCEPT")
-            return reasons.not_engaged(self._exchange, self._vehicle, except_mask, self._said())
+            return reasons.not_engaged(self._exchange, self._vehicle, except_mask, self.said())
         details = ""
         if self.phase is Phase.WAITING:
             details = self._not_ready()
@@ -367,47 +361,47 @@ class Captain:
             details = self._preparation.waiting_for
         elif self.phase is Phase.TAKING_OFF and self._takeoff.lacks_thrust:
             details = "its hover thrust is not known (ATTITUDE_TARGET; or set airframe.hover_thrust_norm)"
-        waited_s = (self._now_us - self._phase_us) * 1e-6
-        return reasons.too_long(self.phase, self._firmware, details, self._exchange.tries, waited_s, self._said())
+        waited_s = (self.now_us - self.phase_us) * 1e-6
+        return reasons.too_long(self.phase, self._firmware, details, self._exchange.tries, waited_s, self.said())
 
     # ------------------------------------------------------------------ before the flight
 
     def _on_found(self, message: Message) -> None:
         firmware = firmware_of(message.autopilot, message.type)
         if firmware is None:
-            self._fire(Event.REFUSED, reasons.not_flown(message.autopilot, message.type))
+            self.fire(Event.REFUSED, reasons.not_flown(message.autopilot, message.type))
             return
         self._firmware = self._vehicle.firmware = firmware
         self._vehicle.take_heartbeat(message)
         if self._vehicle.armed:
-            self._fire(Event.REFUSED, reasons.armed_already(self._vehicle.mode_name))
+            self.fire(Event.REFUSED, reasons.armed_already(self._vehicle.mode_name))
         else:
-            self._fire(Event.FOUND)
+            self.fire(Event.FOUND)
 
     def _enter_identifying(self) -> None:
         also = self._params.parameters.changes(self._firmware)
         self._identification = Identification(self._params.streams, self._firmware, also)
         self._keeper = StreamKeeper(self._params.streams, self._firmware)
-        self._send_all(self._identification.start(self._target, self._now_us))
+        self.send_all(self._identification.start(self.target, self.now_us))
 
     def _check_identity(self) -> None:
         known = self._identification.done and self._vehicle.reported
         if self.phase is not Phase.IDENTIFYING or not known:
             return
         if not self._may_take_off:
-            self._phase_limit_us = NEVER_US  # the operator takes his time
+            self.limit_us = NEVER_US  # the operator takes his time
             return
         try:
             self._choose_law()
         except MavquadError as error:
-            self._fire(Event.REFUSED, error)
+            self.fire(Event.REFUSED, error)
             return
         told = self._identification.parameters
         firmware = self._firmware
         self._takeoff.altitude_m = self._takeoff_m or told.get(firmware.takeoff_parameter, firmware.takeoff_m)
         self._takeoff.high_share = firmware.high_share
         self._hover.parameter_norm = within_hover(told.get(firmware.hover_parameter, 0.0))
-        self._fire(Event.IDENTIFIED)
+        self.fire(Event.IDENTIFIED)
 
     def _choose_law(self) -> None:
         """The law for this vehicle, at a depth that it takes.
@@ -424,7 +418,7 @@ class Captain:
         if not self._params.flight.force:
             check_margins(law, self._params.streams, depth, "configuration")
         self._control.choose(law, depth)
-        self._note("law", f"depth {depth}, measurements {law.measured()}")
+        self.note("law", f"depth {depth}, measurements {law.measured()}")
 
     def _count_on_the_delay(self) -> None:
         """The link's delay is known by now, as it was in the last seconds of the takeoff."""
@@ -437,31 +431,32 @@ class Captain:
                 usual = law.params.own(law.depth).velocity_kappa_rad_s
                 update["velocity_kappa_rad_s"] = min(usual, SLOW_LINK_VELOCITY_KAPPA_RAD_S)
             self._control.choose(law.params.model_copy(update=update), law.depth)
-            self._note("law", f"the link's delay is {delay_s * 1e3:.0f} ms")
+            self.note("law", f"the link's delay is {delay_s * 1e3:.0f} ms")
 
     def _enter_preparing(self) -> None:
         found, vehicle = self._identification.parameters, self._vehicle
         wanted = self._params.parameters.wanted(self._firmware, found, vehicle.transmitter)
         if self._firmware.takeoff_parameter in found and self._takeoff_m:
             wanted[self._firmware.takeoff_parameter] = self._takeoff_m
-        self._send_all(self._preparation.start(wanted, self._firmware, self._target, self._now_us))
+        self.send_all(self._preparation.start(wanted, self._firmware, self.target, self.now_us))
         self._check_preparation()
 
     def _check_preparation(self) -> None:
         preparation = self._preparation
         if self.phase is Phase.PREPARING and preparation.over:
             if preparation.failed:
-                self._fire(Event.REFUSED, reasons.parameters_refused(preparation.failed))
+                self.fire(Event.REFUSED, reasons.parameters_refused(preparation.failed))
             else:
                 self._note_changes()
-                self._fire(Event.PREPARED)
+                self.fire(Event.PREPARED)
         elif self.phase is Phase.RESTORING and preparation.over:
-            self._blame(reasons.parameters_left(preparation.failed) if preparation.failed else None)
-            self._fire(Event.RESTORED)
+            if preparation.failed:
+                self.blame(reasons.parameters_left(preparation.failed))
+            self.fire(Event.RESTORED)
 
     def _note_changes(self) -> None:
         for record in self._preparation.records:
-            self._note("parameter", f"{record.name} {record.original:g} -> {record.changed:g}")
+            self.note("parameter", f"{record.name} {record.original:g} -> {record.changed:g}")
 
     def _not_ready(self) -> str:
         """Why the vehicle cannot be armed yet; empty when it can."""
@@ -478,7 +473,7 @@ class Captain:
         if pose.attitude is None or pose.position is None:
             return "no pose"
         fault = self._control.guards.not_ready()
-        return fault or "; ".join(shortfalls(self._params.streams, vehicle.streams, self._now_us))
+        return fault or "; ".join(shortfalls(self._params.streams, vehicle.streams, self.now_us))
 
     def _arms_here(self) -> bool:
         """PX4 1.16 goes back to OFFBOARD when it has landed and disarmed, and its checks fail there without setpoints."""
@@ -488,42 +483,42 @@ class Captain:
     def _on_waiting(self) -> None:
         """HEARTBEAT while it is not ready: ask for the mode to arm in, and tell what it waits for."""
         if not self._arms_here() and not self._exchange.pending:
-            self._request(commands.set_mode(self._firmware.arms_in or self._firmware.hold))
+            self.request(commands.set_mode(self._firmware.arms_in or self._firmware.hold))
         waits_for = self._not_ready()
         if waits_for and waits_for.split(" at ")[0] != self._waits_for:
             self._waits_for = waits_for.split(" at ")[0]
-            self._note("waiting", waits_for)
+            self.note("waiting", waits_for)
 
     # ------------------------------------------------------------------ does it take torques?
 
     def _on_ready(self) -> None:
         is_known = self._probe.proven or self._control.law.depth != "torque"
-        self._fire(Event.READY if is_known else Event.UNPROVEN)
+        self.fire(Event.READY if is_known else Event.UNPROVEN)
 
     def _enter_probing(self) -> None:
-        self._probe.start(self._now_us)
+        self._probe.start(self.now_us)
 
     def _enter_withdrawing(self) -> None:
         if not self._probe.asked:
             self._on_withdrawn()
         else:
-            self._request(commands.set_mode(self._firmware.hold))
+            self.request(commands.set_mode(self._firmware.hold))
 
     def _check_probe(self) -> None:
         """It is in the offboard mode, or its answers are known."""
         probe, version = self._probe, self._identification.version
         if probe.proven:
-            self._note("law", "the vehicle takes torques")
-            self._fire(Event.PROVEN)
+            self.note("law", "the vehicle takes torques")
+            self.fire(Event.PROVEN)
         elif probe.refused:
-            said = self._said()
+            said = self.said()
             error = reasons.ignores_torque(self._firmware, version, probe.result, probe.refusals, said)
-            self._fire(Event.REFUSED, error)
+            self.fire(Event.REFUSED, error)
 
     def _on_withdrawn(self) -> None:
         """HEARTBEAT shows another mode: the setpoints end, and it goes on as it went before."""
         self._probe.stop()
-        self._fire(Event.LEFT if self.error or self.interrupted else Event.RELEASED)
+        self.fire(Event.LEFT if self.story.error or self.interrupted else Event.RELEASED)
 
     def _on_probed(self, changed: Mode | None) -> None:
         """HEARTBEAT, disarmed, while it is probed, or leaves the offboard mode again."""
@@ -532,7 +527,7 @@ class Captain:
             self._probe.proven |= offboard
             self._check_probe()
             if self.phase is Phase.PROBING:
-                self._send_all(self._probe.on_heartbeat(self._target, self._now_us))
+                self.send_all(self._probe.on_heartbeat(self.target, self.now_us))
         elif not offboard and (changed is not None or not self._exchange.pending):
             self._on_withdrawn()
         elif offboard and not self._exchange.pending:
@@ -542,19 +537,19 @@ class Captain:
 
     def _enter_arming(self) -> None:
         assert self._control.pose.position is not None
-        self._ground_m = self._control.pose.position.position_nwu_m[2]
-        self._request(commands.arm())
+        self.ground_m = self._control.pose.position.position_nwu_m[2]
+        self.request(commands.arm())
 
     def _enter_taking_off(self) -> None:
-        self._request(commands.takeoff(self._firmware, self._takeoff.altitude_m))
+        self.request(commands.takeoff(self._firmware, self._takeoff.altitude_m))
 
     def _enter_engaging(self) -> None:
         asked, streams = self._params.streams, self._vehicle.streams
-        attitude_hz = min(asked.attitude_hz, streams["ATTITUDE"].rate_hz(self._now_us))
-        position_hz = min(asked.position_hz, streams["LOCAL_POSITION_NED"].rate_hz(self._now_us))
+        attitude_hz = min(asked.attitude_hz, streams["ATTITUDE"].rate_hz(self.now_us))
+        position_hz = min(asked.position_hz, streams["LOCAL_POSITION_NED"].rate_hz(self.now_us))
         # Where the vehicle is in the mode already, what is sent acts.
         self._control.law.in_control = self._firmware.acts_at_once
-        self._control.start(attitude_hz, position_hz, self._now_us, self._vehicle.round_trip_s)
+        self._control.start(attitude_hz, position_hz, self.now_us, self._vehicle.round_trip_s)
 
     def _enter_flying(self) -> None:
         assert self._control.pose.position is not None
@@ -563,27 +558,27 @@ class Captain:
         self._control.law.start_mission(self._control.pose.position.stamp_us)
 
     def _enter_handing_back(self) -> None:
-        self._request(commands.set_mode(way_back(self._firmware, self._reaction)))
+        self.request(commands.set_mode(way_back(self._firmware, self._reaction)))
 
     def _enter_landing(self) -> None:
         returns = self._reaction == RETURN
         self._seen_own_mode |= self._vehicle.mode == self._asked_for()
-        self._request(commands.set_mode(self._firmware.home) if returns else commands.land(self._firmware))
+        self.request(commands.set_mode(self._firmware.home) if returns else commands.land(self._firmware))
         if self._control.sent and self._vehicle.mode == self._firmware.offboard:
             # The hand-back did not work, and the firmware holds the last command.
-            self._control.make_safe(self._now_us)
-            self._stay_safe()
+            self._control.make_safe(self.now_us)
+            self.stay_safe()
         else:
             self._control.stop()
 
     def _enter_disarming(self) -> None:
         self._control.stop()
-        self._request(commands.disarm())
+        self.request(commands.disarm())
 
     def _enter_restoring(self) -> None:
         self._control.stop()
         self._probe.stop()
-        self._send_all(self._preparation.restore(self._target, self._now_us))
+        self.send_all(self._preparation.restore(self.target, self.now_us))
         self._check_preparation()
 
     def _enter_done(self) -> None:
@@ -591,7 +586,7 @@ class Captain:
         self._probe.stop()
         self._preparation.stop()
         if self._preparation.left_over:
-            self._note("parameter", "not put back: " + ", ".join(record.name for record in self._preparation.records))
+            self.note("parameter", "not put back: " + ", ".join(record.name for record in self._preparation.records))
 
     _ENTER: ClassVar[dict[Phase, Callable[[Captain], None]]] = {
         Phase.IDENTIFYING: _enter_identifying,
@@ -618,14 +613,14 @@ class Captain:
         was_armed = self._vehicle.armed
         changed = self._vehicle.take_heartbeat(message)
         if changed is not None and self._is_taken_over(changed):
-            self._fire(Event.TAKEN_OVER, reasons.taken_over(changed, self.phase, self._said()))
+            self.fire(Event.TAKEN_OVER, reasons.taken_over(changed, self.phase, self.said()))
             return
         if changed is not None:
-            self._note("mode", changed.name)
+            self.note("mode", changed.name)
             if self._vehicle.mode != self._firmware.offboard and self.phase is Phase.LANDING:
                 self._control.stop()
         if self.phase is Phase.RESTORING and self._vehicle.armed and not was_armed:
-            self._fire(Event.TAKEN_OVER, reasons.armed_again(self._vehicle.mode_name))
+            self.fire(Event.TAKEN_OVER, reasons.armed_again(self._vehicle.mode_name))
             return
         self._keep_streams()
         self._on_armed(changed) if self._vehicle.armed else self._on_disarmed(changed)
@@ -634,7 +629,7 @@ class Captain:
         """Until the law takes over, streams that do not come are asked for again."""
         is_asking = self.phase is Phase.IDENTIFYING and not self._identification.done
         if self.phase in _BEFORE_THE_LAW and not is_asking:
-            self._send_all(command.message(self._target, 0) for command in self._keeper.again(self._now_us))
+            self.send_all(command.message(self.target, 0) for command in self._keeper.again(self.now_us))
 
     def _is_taken_over(self, changed: Mode) -> bool:
         """Whether a change of mode is the pilot's or a failsafe's: to one that is not ours to expect, or not now."""
@@ -652,19 +647,19 @@ class Captain:
 
     def _height_m(self) -> float:
         position = self._control.pose.position
-        return position.position_nwu_m[2] - self._ground_m if position else 0.0
+        return position.position_nwu_m[2] - self.ground_m if position else 0.0
 
     def _on_armed(self, changed: Mode | None) -> None:
         """HEARTBEAT shows it armed; where it does not show what was asked for and acknowledged, that is asked again."""
         offboard = self._vehicle.mode == self._firmware.offboard
         if self.phase is Phase.ARMING:
-            self._fire(Event.ARMED)
+            self.fire(Event.ARMED)
         elif self.phase is Phase.ENGAGING and offboard and self._control.sent:
-            self._fire(Event.ENGAGED)
+            self.fire(Event.ENGAGED)
         elif self.phase in _PROBE:
-            self._fire(Event.TAKEN_OVER, reasons.armed_meanwhile(self._vehicle.mode_name, self.phase))
+            self.fire(Event.TAKEN_OVER, reasons.armed_meanwhile(self._vehicle.mode_name, self.phase))
         elif self.phase in _DISARMED:
-            self._fire(Event.REFUSED, reasons.armed_already(self._vehicle.mode_name))
+            self.fire(Event.REFUSED, reasons.armed_already(self._vehicle.mode_name))
         elif self.phase is Phase.HANDING_BACK and changed is not None and changed == self._asked_for():
             self._on_released()  # seen before its ACK: no setpoint may follow
         elif self._exchange.pending:
@@ -679,7 +674,7 @@ class Captain:
 
     def _on_released(self) -> None:
         leaves = self._reaction in (HOLD, PILOT)
-        self._fire(Event.LEFT if leaves else Event.RELEASED)
+        self.fire(Event.LEFT if leaves else Event.RELEASED)
 
     def _on_disarmed(self, changed: Mode | None) -> None:
         if self.phase is Phase.WAITING:
@@ -689,19 +684,19 @@ class Captain:
         if self.phase is Phase.DISARMING and self._exchange.pending:
             return  # this heartbeat may be from before an arming that we did not hear of
         expected = self.phase not in IN_FLIGHT or (self.phase is Phase.LANDING and self._is_down_well())
-        self._fire(Event.DISARMED, None if expected else reasons.disarmed(self.phase, self._said()))
+        self.fire(Event.DISARMED, None if expected else reasons.disarmed(self.phase, self.said()))
 
     def _is_down_well(self) -> bool:
         """A vehicle that has landed tells of it, upright; one that rebooted in the air, or fell, shows disarmed as well."""
         pose = self._control.pose
         upright = pose.attitude is None or tilt_rad(pose.attitude) < LIES_RAD
-        return upright and pose.stale(self._now_us) is None
+        return upright and pose.stale(self.now_us) is None
 
     def _on_ack(self, message: Message) -> None:
         if message.target_system not in (0, self._params.link.system_id):
             return
         if self.phase is Phase.IDENTIFYING:
-            self._send_all(self._identification.on_ack(message, self._target, self._now_us))
+            self.send_all(self._identification.on_ack(message, self.target, self.now_us))
             self._check_identity()
             return
         if self.phase is Phase.PROBING:
@@ -720,7 +715,7 @@ class Captain:
         PX4 1.16 pauses ATTITUDE_TARGET for half a second just then, and what acts unknown to the observer shakes the vehicle.
         """
         self._control.law.in_control = True
-        self._believed_us = self._now_us
+        self._believed_us = self.now_us
 
     def _on_refusal(self) -> None:
         """PX4 sends the text that says why right behind the ACK: wait for it, unless there is a vehicle to bring down."""
@@ -729,23 +724,23 @@ class Captain:
         if self._reaction == RETURN:
             self._reaction = LAND  # it cannot come back: down from where it is
         if self.phase is Phase.LANDING:
-            self._blame(reasons.refused(self._exchange, self._exchange.result, self._said()))
+            self.blame(reasons.refused(self._exchange, self._exchange.result, self.said()))
             return
         if self.phase is Phase.ENGAGING:
             self._control.law.in_control = False
-        if self._refusal_us == NEVER_US:
+        if self.refusal_us == NEVER_US:
             waits = self.phase in (Phase.ARMING, Phase.TAKING_OFF, Phase.ENGAGING)
             self._refusal_result = self._exchange.result
-            self._refusal_us = self._now_us + (REASON_US if waits else 0)
-        if self._now_us >= self._refusal_us:
-            self._fire(Event.REFUSED, reasons.refused(self._exchange, self._refusal_result, self._said()))
+            self.refusal_us = self.now_us + (REASON_US if waits else 0)
+        if self.now_us >= self.refusal_us:
+            self.fire(Event.REFUSED, reasons.refused(self._exchange, self._refusal_result, self.said()))
 
     def _on_param(self, message: Message) -> None:
         if self.phase is Phase.IDENTIFYING:
             self._identification.on_param(message)
             self._check_identity()
         else:
-            self._send_all(self._preparation.on_value(message, self._target, self._now_us))
+            self.send_all(self._preparation.on_value(message, self.target, self.now_us))
             self._check_preparation()
 
     def _on_version(self, message: Message) -> None:
@@ -758,17 +753,17 @@ class Captain:
         self._on_guarded(message)
 
     def _on_guarded(self, message: Message) -> None:
-        self._trip(self._control.guards.on_message(message, self._now_us))
+        self._trip(self._control.guards.on_message(message, self.now_us))
 
     def _on_extended_state(self, message: Message) -> None:
         """On the ground and still armed well after touch-down: the autopilot does not disarm by itself."""
-        self._vehicle.take_extended_state(message, self._now_us)
-        since_us = max(self._vehicle.on_ground_since_us, self._phase_us)
-        if self.phase is Phase.LANDING and self._now_us - since_us > DISARM_PATIENCE_US:
-            self._fire(Event.LANDED)
+        self._vehicle.take_extended_state(message, self.now_us)
+        since_us = max(self._vehicle.on_ground_since_us, self.phase_us)
+        if self.phase is Phase.LANDING and self.now_us - since_us > DISARM_PATIENCE_US:
+            self.fire(Event.LANDED)
 
     def _on_statustext(self, message: Message) -> None:
-        self._note("vehicle", self._vehicle.take_text(message, self._now_us))
+        self.note("vehicle", self._vehicle.take_text(message, self.now_us))
 
     def _on_attitude_target(self, message: Message) -> None:
         if self.phase is Phase.TAKING_OFF:
@@ -781,9 +776,9 @@ class Captain:
     def _look_for_echo(self, message: Message) -> None:
         law, echo = self._control.law, self._control.echo
         if echo.shows(message):
-            self._note("law", "the autopilot follows: ATTITUDE_TARGET shows our setpoint")
+            self.note("law", "the autopilot follows: ATTITUDE_TARGET shows our setpoint")
             law.in_control, echo.wanted = True, False
-        elif law.depth != "torque" and (not law.in_control or self._now_us - self._believed_us > BELIEVED_US):
+        elif law.depth != "torque" and (not law.in_control or self.now_us - self._believed_us > BELIEVED_US):
             law.in_control = False
             self._watch(message)
 
@@ -800,40 +795,40 @@ class Captain:
     # ------------------------------------------------------------------ the pose
 
     def _on_attitude(self, message: Message) -> None:
-        self._vehicle.streams["ATTITUDE"].on_message(self._now_us)
-        attitude = self._control.take_attitude(message, self._now_us)
+        self._vehicle.streams["ATTITUDE"].on_message(self.now_us)
+        attitude = self._control.take_attitude(message, self.now_us)
         if isinstance(attitude, Tripped):
             self._trip(attitude)
         elif attitude is not None:
             if self.phase is Phase.TAKING_OFF:
-                self._delay.take(self._sync.age_us(attitude.stamp_us, self._now_us))
-            self._trip(self._control.guards.on_attitude(attitude, self._now_us))
+                self._delay.take(self._sync.age_us(attitude.stamp_us, self.now_us))
+            self._trip(self._control.guards.on_attitude(attitude, self.now_us))
             words = self._control.law.take_words()
             if words:
-                self._note("law", words)
+                self.note("law", words)
             # Where positions step the law and are late, it flies on its prediction.
-            self._fly(self._control.law.steps_on_attitude or self._control.pose.authority(self._now_us) < 1.0)
+            self._fly(self._control.law.steps_on_attitude or self._control.pose.authority(self.now_us) < 1.0)
 
     def _on_position(self, message: Message) -> None:
-        self._vehicle.streams["LOCAL_POSITION_NED"].on_message(self._now_us)
-        position = self._control.take_position(message, self._now_us)
+        self._vehicle.streams["LOCAL_POSITION_NED"].on_message(self.now_us)
+        position = self._control.take_position(message, self.now_us)
         if isinstance(position, Tripped):
             self._trip(position)
         elif position is not None:
             self._on_fresh_position(position)
 
     def _on_fresh_position(self, position: Position) -> None:
-        self._trip(self._control.guards.on_position(position, self._now_us))
+        self._trip(self._control.guards.on_position(position, self.now_us))
         law = self._control.law
         if self.phase is Phase.WAITING and not self._not_ready():
             self._on_ready()
         elif self.phase is Phase.TAKING_OFF:
             self._velocity_check.take(position)
-            holds = self._vehicle.mode == self._firmware.hover and self._control.pose.stale(self._now_us) is None
-            if self._takeoff.is_over(position, self._ground_m, holds, self._now_us):
+            holds = self._vehicle.mode == self._firmware.hover and self._control.pose.stale(self.now_us) is None
+            if self._takeoff.is_over(position, self.ground_m, holds, self.now_us):
                 self._on_airborne()
         elif self.phase is Phase.FLYING and law.mission_over(position.stamp_us) and not self._holds:
-            self._fire(Event.MISSION_OVER)
+            self.fire(Event.MISSION_OVER)
         law.take_position(position)
         self._fly(not law.steps_on_attitude)
 
@@ -843,9 +838,9 @@ class Captain:
         if fault is None:
             self._count_on_the_delay()
             self._believe_velocity_or_not()
-            self._fire(Event.AIRBORNE)
+            self.fire(Event.AIRBORNE)
         else:
-            self._fire(Event.TIMEOUT, reasons.too_high_or_low(fault))
+            self.fire(Event.TIMEOUT, reasons.too_high_or_low(fault))
 
     def _believe_velocity_or_not(self) -> None:
         """Whether the observer takes the estimated velocity, by what was seen of it so far."""
@@ -853,14 +848,14 @@ class Captain:
         if check.misleads and law.params.mistrusting(law.depth) != law.params:
             self._control.choose(law.params.mistrusting(law.depth), law.depth)
             difference = f"{check.difference_m_s:.2f} m/s off the slope of the position"
-            self._note("law", f"the estimated velocity counts less: it is {difference}")
+            self.note("law", f"the estimated velocity counts less: it is {difference}")
 
     def _fly(self, steps: bool) -> None:
         """Whatever was just measured may trip a guard; one of the two streams steps the law."""
         if not self._control.on:
             return
-        self._trip(self._control.checked(self._ground_m))
-        setpoint = self._control.step(self._target, self._phase_name, self._now_us) if steps else None
+        self._trip(self._control.checked(self.ground_m))
+        setpoint = self._control.step(self.target, self._phase_name, self.now_us) if steps else None
         if isinstance(setpoint, Tripped):
             self._trip(setpoint)
         if setpoint is None or isinstance(setpoint, Tripped):
@@ -868,7 +863,7 @@ class Captain:
         self._send(setpoint)
         asks = self.phase is Phase.ENGAGING and self._control.sent == SETPOINTS_BEFORE_OFFBOARD
         if asks and not self._firmware.acts_at_once:
-            self._request(commands.set_mode(self._firmware.offboard))
+            self.request(commands.set_mode(self._firmware.offboard))
 
     def _trip(self, tripped: Tripped | None) -> None:
         """A guard ends our control: the mode change goes first, then safe setpoints until HEARTBEAT shows it.
@@ -877,16 +872,17 @@ class Captain:
         """
         if tripped is None or not self._control.on:
             return
-        self._control.make_safe(self._now_us)
+        self._control.make_safe(self.now_us)
         self._reaction = tripped.reaction
         error = reasons.guard(tripped)
         if self.phase is Phase.HANDING_BACK:
-            self._blame(error)
-        self._fire(Event.GUARD, error)
-        self._stay_safe()
+            self.blame(error)
+        self.fire(Event.GUARD, error)
+        self.stay_safe()
 
-    def _stay_safe(self) -> None:
-        safe = self._control.safe_due(self._target, self._now_us)
+    def stay_safe(self) -> None:
+        """Send the safe setpoint, when it is due."""
+        safe = self._control.safe_due(self.target, self.now_us)
         if safe is not None:
             self._send(safe)
 
