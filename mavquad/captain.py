@@ -11,15 +11,16 @@ from typing import ClassVar
 
 from mavquad.agent_params import SETPOINTS_BEFORE_OFFBOARD, AgentParams
 from mavquad.analysis.margin_check import check_margins
+from mavquad.control.params import LawParams
 from mavquad.endpoint import NEVER_US, grid_us
 from mavquad.errors import MavquadError
 from mavquad.flight import orders, reasons
 from mavquad.flight.airframe import HoverThrust, within_hover
 from mavquad.flight.control import Control
-from mavquad.flight.delay import DelayMeter
 from mavquad.flight.guard_set import GuardSet
 from mavquad.flight.guards import HOLD, LAND, PILOT, RETURN, Reaction, Tripped, tilt_rad
-from mavquad.flight.law_flight import MOST_COMMANDS_IN_FLIGHT, LawFlight
+from mavquad.flight.law_choice import LawChoice
+from mavquad.flight.law_flight import LawFlight
 from mavquad.flight.machine import IN_FLIGHT, Event, Phase, next_phase
 from mavquad.flight.mission_check import height_fault
 from mavquad.flight.mission_params import MissionParams
@@ -30,7 +31,6 @@ from mavquad.flight.story import Story
 from mavquad.flight.takeoff import TakeoffWatch
 from mavquad.flight.torque_probe import TorqueProbe
 from mavquad.flight.vehicle import Vehicle
-from mavquad.flight.velocity_check import VelocityCheck
 from mavquad.flight_record import Status, TraceRow
 from mavquad.protocol import command as commands
 from mavquad.protocol.codec import Message, mavlink
@@ -40,16 +40,13 @@ from mavquad.protocol.identify import UNKNOWN_VERSION, Identification
 from mavquad.protocol.messages import attitude_target_from
 from mavquad.protocol.streams import StreamKeeper, shortfalls
 from mavquad.protocol.timesync import TimeSync
-from mavquad.types import Position
+from mavquad.types import Depth, Position
 
 DISARM_PATIENCE_US = 5_000_000
 REASON_US = 250_000
 BELIEVED_US = 150_000
 """After the ACK of the offboard mode an ATTITUDE_TARGET may still be from before it; later, it shows that it was wrong."""
 LIES_RAD = 1.0
-SLOW_LINK_S = 0.02
-SLOW_LINK_VELOCITY_KAPPA_RAD_S = 10.0
-"""With more delay than that beyond the usual, a higher gain on the velocity shakes the vehicle."""
 
 _PROBE = frozenset((Phase.PROBING, Phase.WITHDRAWING))
 _DISARMED = frozenset((Phase.IDENTIFYING, Phase.PREPARING, Phase.WAITING))
@@ -92,11 +89,11 @@ class Captain:
         self._probe = TorqueProbe(PX4.offboard)
         self._hover = HoverThrust(params.airframe)
         self._sync = sync
-        self._delay = DelayMeter()
-        self._velocity_check = VelocityCheck()
         self._takeoff = TakeoffWatch(self._hover, params.flight.settle_s, params.guards.floor_m)
         law = LawFlight(params.law, params.airframe, params.mission, params.streams, self._hover)
         self._control = Control(params.guards, law, sync)
+        self._law_choice = self._choice()
+        self._delay, self._velocity_check = self._law_choice.delay, self._law_choice.velocity_check
         self.phase = Phase.CONNECTING
         self._phase_name = self.phase.value
         self.interrupted = False
@@ -104,6 +101,15 @@ class Captain:
         self._holds = params.flight.at_end == "hold"
         self._takeoff_m = params.flight.takeoff_m
         self._may_take_off = not params.flight.waits_for_takeoff
+
+    def _choice(self) -> LawChoice:
+        params = self._params
+
+        def admit(law: LawParams, depth: Depth) -> None:
+            if not params.flight.force:
+                check_margins(law, params.streams, depth, "configuration")
+
+        return LawChoice(self, self._control, self._vehicle, params.law, params.streams.position_hz, admit)
 
     # ------------------------------------------------------------------ messages and time
 
@@ -392,7 +398,7 @@ class Captain:
             self.limit_us = NEVER_US  # the operator takes his time
             return
         try:
-            self._choose_law()
+            self._law_choice.choose(self._identification.version)
         except MavquadError as error:
             self.fire(Event.REFUSED, error)
             return
@@ -402,36 +408,6 @@ class Captain:
         self._takeoff.high_share = firmware.high_share
         self._hover.parameter_norm = within_hover(told.get(firmware.hover_parameter, 0.0))
         self.fire(Event.IDENTIFIED)
-
-    def _choose_law(self) -> None:
-        """The law for this vehicle, at a depth that it takes.
-
-        Raises:
-            MavquadError: it does not take the depth, or the gains leave no margin.
-        """
-        version, asked = self._identification.version, self._params.law.depth
-        taken = self._firmware.depths(version)
-        depth = taken[0] if asked == "auto" else asked
-        if depth not in taken:
-            raise reasons.no_torque(self._firmware, version)
-        law = self._params.law.of("px4" if self._firmware is PX4 else "arducopter")
-        if not self._params.flight.force:
-            check_margins(law, self._params.streams, depth, "configuration")
-        self._control.choose(law, depth)
-        self.note("law", f"depth {depth}, measurements {law.measured()}")
-
-    def _count_on_the_delay(self) -> None:
-        """The link's delay is known by now, as it was in the last seconds of the takeoff."""
-        law = self._control.law
-        most_s = MOST_COMMANDS_IN_FLIGHT / self._params.streams.position_hz
-        delay_s = self._delay.delay_s(self._vehicle.round_trip_s, most_s)
-        if law.params.delay_s is None and delay_s is not None:
-            update = {"delay_s": delay_s}
-            if law.params.velocity_kappa_rad_s is None and delay_s > law.params.delay() + SLOW_LINK_S:
-                usual = law.params.own(law.depth).velocity_kappa_rad_s
-                update["velocity_kappa_rad_s"] = min(usual, SLOW_LINK_VELOCITY_KAPPA_RAD_S)
-            self._control.choose(law.params.model_copy(update=update), law.depth)
-            self.note("law", f"the link's delay is {delay_s * 1e3:.0f} ms")
 
     def _enter_preparing(self) -> None:
         found, vehicle = self._identification.parameters, self._vehicle
@@ -788,8 +764,7 @@ class Captain:
         if target is None or pose.attitude is None or pose.position is None:
             return
         if not law.watches:
-            self._count_on_the_delay()
-            self._believe_velocity_or_not()
+            self._law_choice.settle()
         law.watch(target, pose.position, pose.attitude)
 
     # ------------------------------------------------------------------ the pose
@@ -836,19 +811,10 @@ class Captain:
         """How far the mission leads up and down counts from here."""
         fault = height_fault(self._params.mission, self._params.guards, self._height_m())
         if fault is None:
-            self._count_on_the_delay()
-            self._believe_velocity_or_not()
+            self._law_choice.settle()
             self.fire(Event.AIRBORNE)
         else:
             self.fire(Event.TIMEOUT, reasons.too_high_or_low(fault))
-
-    def _believe_velocity_or_not(self) -> None:
-        """Whether the observer takes the estimated velocity, by what was seen of it so far."""
-        law, check = self._control.law, self._velocity_check
-        if check.misleads and law.params.mistrusting(law.depth) != law.params:
-            self._control.choose(law.params.mistrusting(law.depth), law.depth)
-            difference = f"{check.difference_m_s:.2f} m/s off the slope of the position"
-            self.note("law", f"the estimated velocity counts less: it is {difference}")
 
     def _fly(self, steps: bool) -> None:
         """Whatever was just measured may trip a guard; one of the two streams steps the law."""
