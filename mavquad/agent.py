@@ -150,12 +150,12 @@ class Agent:
     @property
     def awaits_takeoff(self) -> bool:
         """Whether the vehicle is known and `takeoff` is waited for."""
-        return self._captain.awaits_takeoff
+        return self._captain.operator.is_awaited
 
     @property
     def order_fault(self) -> str:
         """Why the operator's last order is not flown; empty when it is."""
-        return self._captain.order_fault
+        return self._captain.operator.order_fault
 
     def late(self, now_us: int, lateness_us: float) -> None:
         """The driver saw a setpoint leave so late."""
@@ -194,7 +194,7 @@ class Agent:
     @property
     def interrupted(self) -> bool:
         """Whether the operator stopped it."""
-        return self._captain.interrupted
+        return self._captain.operator.interrupted
 
     def take_notes(self) -> list[Note]:
         """The story since the last call."""

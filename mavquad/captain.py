@@ -14,7 +14,7 @@ from mavquad.analysis.margin_check import check_margins
 from mavquad.control.params import LawParams
 from mavquad.endpoint import NEVER_US, grid_us
 from mavquad.errors import MavquadError
-from mavquad.flight import orders, reasons
+from mavquad.flight import reasons
 from mavquad.flight.airframe import HoverThrust, within_hover
 from mavquad.flight.control import Control
 from mavquad.flight.guard_set import GuardSet
@@ -23,8 +23,8 @@ from mavquad.flight.law_choice import LawChoice
 from mavquad.flight.law_flight import LawFlight
 from mavquad.flight.machine import IN_FLIGHT, Event, Phase, next_phase
 from mavquad.flight.mission_check import height_fault
-from mavquad.flight.mission_params import MissionParams
 from mavquad.flight.modes import asked_for, own_modes, way_back
+from mavquad.flight.operator import Operator
 from mavquad.flight.phases.bridge import Address
 from mavquad.flight.preparation import Preparation
 from mavquad.flight.story import Story
@@ -60,8 +60,7 @@ class Captain:
     Attributes:
         phase: where the flight is.
         story: what happened, and why the flight did not complete.
-        interrupted: whether the operator stopped it.
-        order_fault: why the operator's last order is not flown; empty when it is.
+        operator: what was ordered.
     """
 
     def __init__(self, params: AgentParams, start_us: int, send: Callable[[Message], None], sync: TimeSync) -> None:
@@ -92,15 +91,14 @@ class Captain:
         self._takeoff = TakeoffWatch(self._hover, params.flight.settle_s, params.guards.floor_m)
         law = LawFlight(params.law, params.airframe, params.mission, params.streams, self._hover)
         self._control = Control(params.guards, law, sync)
+        self.operator = Operator(self, self._control, params.mission, params.guards)
+        self.operator.holds = params.flight.at_end == "hold"
+        self.operator.may_take_off = not params.flight.waits_for_takeoff
+        self.operator.takeoff_m = params.flight.takeoff_m
         self._law_choice = self._choice()
         self._delay, self._velocity_check = self._law_choice.delay, self._law_choice.velocity_check
         self.phase = Phase.CONNECTING
         self._phase_name = self.phase.value
-        self.interrupted = False
-        self.order_fault = ""
-        self._holds = params.flight.at_end == "hold"
-        self._takeoff_m = params.flight.takeoff_m
-        self._may_take_off = not params.flight.waits_for_takeoff
 
     def _choice(self) -> LawChoice:
         params = self._params
@@ -176,64 +174,28 @@ class Captain:
     def stop(self, now_us: int) -> None:
         """The operator stops: hand back and land, from wherever the flight is."""
         self.now_us = now_us
-        if self.phase is Phase.DONE:
-            return
-        self.interrupted = True
-        self.note("operator", "stop")
-        self.fire(Event.STOP)
+        self.operator.stop()
 
     def takeoff(self, now_us: int, height_m: float = 0.0) -> None:
         """The operator orders the takeoff; to this height, or, at 0, to the configured one."""
         self.now_us = now_us
-        self.note("operator", f"take off to {height_m:g} m" if height_m else "take off")
-        self._takeoff_m = height_m or self._takeoff_m
-        self._may_take_off = True
+        self.operator.take_off(height_m)
         self._check_identity()
 
     def goto(self, now_us: int, north_m: float, east_m: float, down_m: float, heading_deg: float | None = None) -> None:
         """The operator orders another place, from where the law took over; it stays there until the next order."""
-        goal_ned_m = (north_m, east_m, down_m)
-        words = f"go to {north_m:g} {east_m:g} {down_m:g}" + (
-            "" if heading_deg is None else f", heading {heading_deg:g}"
-        )
-        law, usual = self._control.law, self._params.mission
-        self._order(
-            now_us,
-            words,
-            lambda stamp_us: orders.goto(usual, law.reference(stamp_us), law.origin_nwu_m, goal_ned_m, heading_deg),
-        )
+        self.now_us = now_us
+        self.operator.goto((north_m, east_m, down_m), heading_deg)
 
     def fly(self, now_us: int, mission_json: str) -> None:
         """The operator orders another mission, from where the reference is; it stays at its end until the next order."""
-        self._order(now_us, f"fly {mission_json}", lambda _: orders.mission_of(mission_json))
-
-    def _order(self, now_us: int, words: str, plan: Callable[[int], MissionParams]) -> None:
-        self.now_us, self.order_fault = now_us, ""
-        law, position = self._control.law, self._control.pose.position
-        try:
-            if self.phase is not Phase.FLYING or position is None:
-                raise orders.OrderRefused(f"the law does not fly it, phase {self.phase.value}")
-            mission = plan(position.stamp_us)
-            here_m = law.reference(position.stamp_us).z_m[0] - self.ground_m
-            orders.check(mission, self._params.guards, law.params, here_m)
-        except orders.OrderRefused as refused:
-            self.order_fault = str(refused)
-            self.note("operator", f"{words}: not flown: {refused}")
-            return
-        self.note("operator", words)
-        self._holds = True
-        law.fly(mission, position.stamp_us)
+        self.now_us = now_us
+        self.operator.fly(mission_json)
 
     def land(self, now_us: int) -> None:
         """The operator orders the landing."""
         self.now_us = now_us
-        self.note("operator", "land")
-        self.fire(Event.MISSION_OVER if self.phase is Phase.FLYING else Event.STOP)
-
-    @property
-    def awaits_takeoff(self) -> bool:
-        """Whether the vehicle is known and the operator's takeoff is waited for."""
-        return self.phase is Phase.IDENTIFYING and self.limit_us == NEVER_US
+        self.operator.land()
 
     @property
     def law(self) -> LawFlight:
@@ -394,7 +356,7 @@ class Captain:
         known = self._identification.done and self._vehicle.reported
         if self.phase is not Phase.IDENTIFYING or not known:
             return
-        if not self._may_take_off:
+        if not self.operator.may_take_off:
             self.limit_us = NEVER_US  # the operator takes his time
             return
         try:
@@ -404,7 +366,7 @@ class Captain:
             return
         told = self._identification.parameters
         firmware = self._firmware
-        self._takeoff.altitude_m = self._takeoff_m or told.get(firmware.takeoff_parameter, firmware.takeoff_m)
+        self._takeoff.altitude_m = self.operator.takeoff_m or told.get(firmware.takeoff_parameter, firmware.takeoff_m)
         self._takeoff.high_share = firmware.high_share
         self._hover.parameter_norm = within_hover(told.get(firmware.hover_parameter, 0.0))
         self.fire(Event.IDENTIFIED)
@@ -412,8 +374,8 @@ class Captain:
     def _enter_preparing(self) -> None:
         found, vehicle = self._identification.parameters, self._vehicle
         wanted = self._params.parameters.wanted(self._firmware, found, vehicle.transmitter)
-        if self._firmware.takeoff_parameter in found and self._takeoff_m:
-            wanted[self._firmware.takeoff_parameter] = self._takeoff_m
+        if self._firmware.takeoff_parameter in found and self.operator.takeoff_m:
+            wanted[self._firmware.takeoff_parameter] = self.operator.takeoff_m
         self.send_all(self._preparation.start(wanted, self._firmware, self.target, self.now_us))
         self._check_preparation()
 
@@ -494,7 +456,7 @@ class Captain:
     def _on_withdrawn(self) -> None:
         """HEARTBEAT shows another mode: the setpoints end, and it goes on as it went before."""
         self._probe.stop()
-        self.fire(Event.LEFT if self.story.error or self.interrupted else Event.RELEASED)
+        self.fire(Event.LEFT if self.story.error or self.operator.interrupted else Event.RELEASED)
 
     def _on_probed(self, changed: Mode | None) -> None:
         """HEARTBEAT, disarmed, while it is probed, or leaves the offboard mode again."""
@@ -802,7 +764,7 @@ class Captain:
             holds = self._vehicle.mode == self._firmware.hover and self._control.pose.stale(self.now_us) is None
             if self._takeoff.is_over(position, self.ground_m, holds, self.now_us):
                 self._on_airborne()
-        elif self.phase is Phase.FLYING and law.mission_over(position.stamp_us) and not self._holds:
+        elif self.phase is Phase.FLYING and law.mission_over(position.stamp_us) and not self.operator.holds:
             self.fire(Event.MISSION_OVER)
         law.take_position(position)
         self._fly(not law.steps_on_attitude)
