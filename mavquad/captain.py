@@ -7,7 +7,6 @@ while it may, and ends its control when a guard trips. The pilot always wins.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import ClassVar
 
 from mavquad.agent_params import SETPOINTS_BEFORE_OFFBOARD, AgentParams
 from mavquad.analysis.margin_check import check_margins
@@ -18,15 +17,17 @@ from mavquad.flight import reasons
 from mavquad.flight.airframe import HoverThrust, within_hover
 from mavquad.flight.control import Control
 from mavquad.flight.guard_set import GuardSet
-from mavquad.flight.guards import HOLD, LAND, PILOT, RETURN, Reaction, Tripped, tilt_rad
+from mavquad.flight.guards import LAND, RETURN, Tripped
 from mavquad.flight.law_choice import LawChoice
 from mavquad.flight.law_flight import LawFlight
 from mavquad.flight.machine import IN_FLIGHT, Event, Phase, next_phase
 from mavquad.flight.mission_check import height_fault
-from mavquad.flight.modes import asked_for, own_modes, way_back
+from mavquad.flight.mode_watch import ModeWatch
 from mavquad.flight.operator import Operator
 from mavquad.flight.phases.bridge import Address
+from mavquad.flight.phases.going_down import GoingDown
 from mavquad.flight.preparation import Preparation
+from mavquad.flight.snapshot import status_of
 from mavquad.flight.story import Story
 from mavquad.flight.takeoff import TakeoffWatch
 from mavquad.flight.torque_probe import TorqueProbe
@@ -36,17 +37,15 @@ from mavquad.protocol import command as commands
 from mavquad.protocol.codec import Message, mavlink
 from mavquad.protocol.command import Command, CommandExchange, Reply
 from mavquad.protocol.firmware import PX4, Mode, firmware_of
-from mavquad.protocol.identify import UNKNOWN_VERSION, Identification
+from mavquad.protocol.identify import Identification
 from mavquad.protocol.messages import attitude_target_from
 from mavquad.protocol.streams import StreamKeeper, shortfalls
 from mavquad.protocol.timesync import TimeSync
 from mavquad.types import Depth, Position
 
-DISARM_PATIENCE_US = 5_000_000
 REASON_US = 250_000
 BELIEVED_US = 150_000
 """After the ACK of the offboard mode an ATTITUDE_TARGET may still be from before it; later, it shows that it was wrong."""
-LIES_RAD = 1.0
 
 _PROBE = frozenset((Phase.PROBING, Phase.WITHDRAWING))
 _DISARMED = frozenset((Phase.IDENTIFYING, Phase.PREPARING, Phase.WAITING))
@@ -74,8 +73,6 @@ class Captain:
         self.phase_us = self.now_us
         self.limit_us = self._limit_us(Phase.CONNECTING)
         self.ground_m = 0.0
-        self._seen_own_mode = False
-        self._reaction: Reaction = LAND
         self._waits_for = ""
         self._believed_us = NEVER_US
         self.story = Story()
@@ -95,10 +92,14 @@ class Captain:
         self.operator.holds = params.flight.at_end == "hold"
         self.operator.may_take_off = not params.flight.waits_for_takeoff
         self.operator.takeoff_m = params.flight.takeoff_m
+        self._modes = ModeWatch(self, self._vehicle, self._takeoff, self._probe)
+        self._going_down = GoingDown(self, self._vehicle, self._control, self._exchange, self._modes)
         self._law_choice = self._choice()
         self._delay, self._velocity_check = self._law_choice.delay, self._law_choice.velocity_check
         self.phase = Phase.CONNECTING
         self._phase_name = self.phase.value
+        self._enter = self._actions()
+        self._handlers = self._listeners()
 
     def _choice(self) -> LawChoice:
         params = self._params
@@ -113,14 +114,14 @@ class Captain:
 
     def hears(self, number: int) -> bool:
         """Whether messages of this id are read here at all."""
-        return number in self._HANDLERS
+        return number in self._handlers
 
     def take(self, message: Message, sender: Address, now_us: int) -> None:
         """Take in a message of the vehicle."""
         self.now_us = now_us
         self.target = sender
         self._keeper.on_message(message.get_msgId())
-        self._HANDLERS[message.get_msgId()](self, message)
+        self._handlers[message.get_msgId()](message)
 
     def next_deadline_us(self) -> int:
         """The earliest of: a repeated request, the phase's time limit, the age of the pose, a safe setpoint."""
@@ -214,13 +215,8 @@ class Captain:
         self._check_preparation()
 
     def last_resort(self) -> list[Message]:
-        """What to send when our own code has failed in flight: hold, and no rotation meanwhile."""
-        hold = commands.set_mode(self._firmware.hold).message(self.target, 0)
-        if self.phase in _PROBE:
-            return [hold]
-        if self.phase not in (Phase.ENGAGING, Phase.FLYING, Phase.HANDING_BACK):
-            return []  # the autopilot flies it, by itself
-        return [hold, self._control.safe(self.target, self.now_us)]
+        """What to send when our own code has failed in flight."""
+        return self._going_down.last_resort()
 
     def take_trace(self) -> list[TraceRow]:
         """The rows since the last call."""
@@ -228,31 +224,8 @@ class Captain:
 
     def status(self) -> Status:
         """A snapshot for a display."""
-        control = self._control
-        position = control.pose.position
-        mission_s, mission_duration_s = control.law.progress_s(position.stamp_us if position else 0)
-        known = self._identification.version != UNKNOWN_VERSION
-        return Status(
-            phase=self.phase.value,
-            mode=self._vehicle.mode_name,
-            armed=self._vehicle.armed,
-            vehicle=self._vehicle_words() if known else "",
-            version=self._identification.version,
-            height_m=position.position_nwu_m[2] - self.ground_m if position else None,
-            row=control.last_row if control.on else None,
-            mission_s=mission_s,
-            mission_duration_s=mission_duration_s,
-            depth=control.law.depth if known else "",
-            position_hz=self._vehicle.streams["LOCAL_POSITION_NED"].rate_hz(self.now_us),
-            hover_thrust_norm=self._hover.norm,
-            setpoints_sent=control.sent,
-            safe_setpoints=control.safe_sent,
-            old_poses=control.pose.old,
-        )
-
-    def _vehicle_words(self) -> str:
-        version = ".".join(map(str, self._identification.version))
-        return f"{self._firmware.name} {version} ({self.target[0]}/{self.target[1]})"
+        version = self._identification.version
+        return status_of(self, self._vehicle, version, self._control, self._hover)
 
     # ------------------------------------------------------------------ sending
 
@@ -293,12 +266,12 @@ class Captain:
         # A request of the phase before must not be repeated into this one, least of all a mode change.
         self._exchange.cancel()
         self.refusal_us = NEVER_US
-        self._seen_own_mode = False
+        self._modes.seen_own = False
         self._control.pose.may_restart = phase in _ON_GROUND
         self.note("phase", phase.value)
-        action = self._ENTER.get(phase)
+        action = self._enter.get(phase)
         if action is not None:
-            action(self)
+            action()
 
     def blame(self, error: MavquadError) -> None:
         """Something went wrong."""
@@ -495,24 +468,6 @@ class Captain:
         self._control.echo.wanted = False
         self._control.law.start_mission(self._control.pose.position.stamp_us)
 
-    def _enter_handing_back(self) -> None:
-        self.request(commands.set_mode(way_back(self._firmware, self._reaction)))
-
-    def _enter_landing(self) -> None:
-        returns = self._reaction == RETURN
-        self._seen_own_mode |= self._vehicle.mode == self._asked_for()
-        self.request(commands.set_mode(self._firmware.home) if returns else commands.land(self._firmware))
-        if self._control.sent and self._vehicle.mode == self._firmware.offboard:
-            # The hand-back did not work, and the firmware holds the last command.
-            self._control.make_safe(self.now_us)
-            self.stay_safe()
-        else:
-            self._control.stop()
-
-    def _enter_disarming(self) -> None:
-        self._control.stop()
-        self.request(commands.disarm())
-
     def _enter_restoring(self) -> None:
         self._control.stop()
         self._probe.stop()
@@ -526,21 +481,23 @@ class Captain:
         if self._preparation.left_over:
             self.note("parameter", "not put back: " + ", ".join(record.name for record in self._preparation.records))
 
-    _ENTER: ClassVar[dict[Phase, Callable[[Captain], None]]] = {
-        Phase.IDENTIFYING: _enter_identifying,
-        Phase.PREPARING: _enter_preparing,
-        Phase.PROBING: _enter_probing,
-        Phase.WITHDRAWING: _enter_withdrawing,
-        Phase.ARMING: _enter_arming,
-        Phase.TAKING_OFF: _enter_taking_off,
-        Phase.ENGAGING: _enter_engaging,
-        Phase.FLYING: _enter_flying,
-        Phase.HANDING_BACK: _enter_handing_back,
-        Phase.LANDING: _enter_landing,
-        Phase.DISARMING: _enter_disarming,
-        Phase.RESTORING: _enter_restoring,
-        Phase.DONE: _enter_done,
-    }
+    def _actions(self) -> dict[Phase, Callable[[], None]]:
+        """What is done on entering a phase."""
+        return {
+            Phase.IDENTIFYING: self._enter_identifying,
+            Phase.PREPARING: self._enter_preparing,
+            Phase.PROBING: self._enter_probing,
+            Phase.WITHDRAWING: self._enter_withdrawing,
+            Phase.ARMING: self._enter_arming,
+            Phase.TAKING_OFF: self._enter_taking_off,
+            Phase.ENGAGING: self._enter_engaging,
+            Phase.FLYING: self._enter_flying,
+            Phase.HANDING_BACK: self._going_down.hand_back,
+            Phase.LANDING: self._going_down.land,
+            Phase.DISARMING: self._going_down.disarm,
+            Phase.RESTORING: self._enter_restoring,
+            Phase.DONE: self._enter_done,
+        }
 
     # ------------------------------------------------------------------ what the vehicle says
 
@@ -550,7 +507,7 @@ class Captain:
             return
         was_armed = self._vehicle.armed
         changed = self._vehicle.take_heartbeat(message)
-        if changed is not None and self._is_taken_over(changed):
+        if changed is not None and self._modes.is_taken_over(changed):
             self.fire(Event.TAKEN_OVER, reasons.taken_over(changed, self.phase, self.said()))
             return
         if changed is not None:
@@ -569,21 +526,8 @@ class Captain:
         if self.phase in _BEFORE_THE_LAW and not is_asking:
             self.send_all(command.message(self.target, 0) for command in self._keeper.again(self.now_us))
 
-    def _is_taken_over(self, changed: Mode) -> bool:
-        """Whether a change of mode is the pilot's or a failsafe's: to one that is not ours to expect, or not now."""
-        if self.phase is Phase.PROBING and not self._probe.asked:
-            return True
-        if self.phase is Phase.LANDING and not self._vehicle.armed:
-            return False  # down: PX4 1.16 shows AUTO.LOITER with the HEARTBEAT that shows it disarmed
-        if self.phase is Phase.TAKING_OFF and changed == self._firmware.hover and self._seen_own_mode:
-            return not self._takeoff.is_high(self._height_m())
-        if self.phase is Phase.LANDING and self._seen_own_mode:
-            return True
-        self._seen_own_mode |= changed == self._asked_for()
-        own = own_modes(self._firmware, self.phase, self._reaction)
-        return own is not None and changed not in own
-
-    def _height_m(self) -> float:
+    def height_m(self) -> float:
+        """Above the arming point; 0 without a position."""
         position = self._control.pose.position
         return position.position_nwu_m[2] - self.ground_m if position else 0.0
 
@@ -598,21 +542,8 @@ class Captain:
             self.fire(Event.TAKEN_OVER, reasons.armed_meanwhile(self._vehicle.mode_name, self.phase))
         elif self.phase in _DISARMED:
             self.fire(Event.REFUSED, reasons.armed_already(self._vehicle.mode_name))
-        elif self.phase is Phase.HANDING_BACK and changed is not None and changed == self._asked_for():
-            self._on_released()  # seen before its ACK: no setpoint may follow
-        elif self._exchange.pending:
-            return
-        elif self.phase is Phase.HANDING_BACK:
-            self._on_released() if self._vehicle.mode == self._asked_for() else self._enter_handing_back()
-        elif self.phase is Phase.LANDING and self._vehicle.mode != self._asked_for():
-            self._enter_landing()
-
-    def _asked_for(self) -> Mode | None:
-        return asked_for(self._firmware, self.phase, self._reaction)
-
-    def _on_released(self) -> None:
-        leaves = self._reaction in (HOLD, PILOT)
-        self.fire(Event.LEFT if leaves else Event.RELEASED)
+        else:
+            self._going_down.on_armed(changed)
 
     def _on_disarmed(self, changed: Mode | None) -> None:
         if self.phase is Phase.WAITING:
@@ -621,14 +552,8 @@ class Captain:
             self._on_probed(changed)
         if self.phase is Phase.DISARMING and self._exchange.pending:
             return  # this heartbeat may be from before an arming that we did not hear of
-        expected = self.phase not in IN_FLIGHT or (self.phase is Phase.LANDING and self._is_down_well())
+        expected = self.phase not in IN_FLIGHT or (self.phase is Phase.LANDING and self._going_down.is_down_well())
         self.fire(Event.DISARMED, None if expected else reasons.disarmed(self.phase, self.said()))
-
-    def _is_down_well(self) -> bool:
-        """A vehicle that has landed tells of it, upright; one that rebooted in the air, or fell, shows disarmed as well."""
-        pose = self._control.pose
-        upright = pose.attitude is None or tilt_rad(pose.attitude) < LIES_RAD
-        return upright and pose.stale(self.now_us) is None
 
     def _on_ack(self, message: Message) -> None:
         if message.target_system not in (0, self._params.link.system_id):
@@ -659,8 +584,8 @@ class Captain:
         """PX4 sends the text that says why right behind the ACK: wait for it, unless there is a vehicle to bring down."""
         if self.phase in (Phase.WAITING, Phase.WITHDRAWING):
             return  # the mode is asked for again
-        if self._reaction == RETURN:
-            self._reaction = LAND  # it cannot come back: down from where it is
+        if self._modes.reaction == RETURN:
+            self._modes.reaction = LAND  # it cannot come back: down from where it is
         if self.phase is Phase.LANDING:
             self.blame(reasons.refused(self._exchange, self._exchange.result, self.said()))
             return
@@ -692,13 +617,6 @@ class Captain:
 
     def _on_guarded(self, message: Message) -> None:
         self._trip(self._control.guards.on_message(message, self.now_us))
-
-    def _on_extended_state(self, message: Message) -> None:
-        """On the ground and still armed well after touch-down: the autopilot does not disarm by itself."""
-        self._vehicle.take_extended_state(message, self.now_us)
-        since_us = max(self._vehicle.on_ground_since_us, self.phase_us)
-        if self.phase is Phase.LANDING and self.now_us - since_us > DISARM_PATIENCE_US:
-            self.fire(Event.LANDED)
 
     def _on_statustext(self, message: Message) -> None:
         self.note("vehicle", self._vehicle.take_text(message, self.now_us))
@@ -771,7 +689,7 @@ class Captain:
 
     def _on_airborne(self) -> None:
         """How far the mission leads up and down counts from here."""
-        fault = height_fault(self._params.mission, self._params.guards, self._height_m())
+        fault = height_fault(self._params.mission, self._params.guards, self.height_m())
         if fault is None:
             self._law_choice.settle()
             self.fire(Event.AIRBORNE)
@@ -801,7 +719,7 @@ class Captain:
         if tripped is None or not self._control.on:
             return
         self._control.make_safe(self.now_us)
-        self._reaction = tripped.reaction
+        self._modes.reaction = tripped.reaction
         error = reasons.guard(tripped)
         if self.phase is Phase.HANDING_BACK:
             self.blame(error)
@@ -814,16 +732,19 @@ class Captain:
         if safe is not None:
             self._send(safe)
 
-    _HANDLERS: ClassVar[dict[int, Callable[[Captain, Message], None]]] = {
-        mavlink.MAVLINK_MSG_ID_HEARTBEAT: _on_heartbeat,
-        mavlink.MAVLINK_MSG_ID_ATTITUDE: _on_attitude,
-        mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: _on_position,
-        mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET: _on_attitude_target,
-        mavlink.MAVLINK_MSG_ID_COMMAND_ACK: _on_ack,
-        mavlink.MAVLINK_MSG_ID_PARAM_VALUE: _on_param,
-        mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION: _on_version,
-        mavlink.MAVLINK_MSG_ID_SYS_STATUS: _on_sys_status,
-        mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: _on_extended_state,
-        mavlink.MAVLINK_MSG_ID_STATUSTEXT: _on_statustext,
-        **dict.fromkeys(GuardSet.MESSAGES.keys() - {mavlink.MAVLINK_MSG_ID_SYS_STATUS}, _on_guarded),
-    }
+    def _listeners(self) -> dict[int, Callable[[Message], None]]:
+        """Who hears a message."""
+        guarded = GuardSet.MESSAGES.keys() - {mavlink.MAVLINK_MSG_ID_SYS_STATUS}
+        return {
+            mavlink.MAVLINK_MSG_ID_HEARTBEAT: self._on_heartbeat,
+            mavlink.MAVLINK_MSG_ID_ATTITUDE: self._on_attitude,
+            mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: self._on_position,
+            mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET: self._on_attitude_target,
+            mavlink.MAVLINK_MSG_ID_COMMAND_ACK: self._on_ack,
+            mavlink.MAVLINK_MSG_ID_PARAM_VALUE: self._on_param,
+            mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION: self._on_version,
+            mavlink.MAVLINK_MSG_ID_SYS_STATUS: self._on_sys_status,
+            mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: self._going_down.on_extended_state,
+            mavlink.MAVLINK_MSG_ID_STATUSTEXT: self._on_statustext,
+            **dict.fromkeys(guarded, self._on_guarded),
+        }

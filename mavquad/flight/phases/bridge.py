@@ -53,5 +53,8 @@ class Bridge(Protocol):
     def blame(self, error: MavquadError) -> None:
         """Something went wrong that does not end the phase."""
 
+    def height_m(self) -> float:
+        """Above the arming point; 0 without a position."""
+
     def said(self) -> str:
         """The vehicle's own texts that may explain what happens now."""
