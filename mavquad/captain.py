@@ -14,7 +14,7 @@ from mavquad.control.params import LawParams
 from mavquad.endpoint import NEVER_US, grid_us
 from mavquad.errors import MavquadError
 from mavquad.flight import reasons
-from mavquad.flight.airframe import HoverThrust, within_hover
+from mavquad.flight.airframe import HoverThrust
 from mavquad.flight.control import Control
 from mavquad.flight.guard_set import GuardSet
 from mavquad.flight.guards import LAND, RETURN, Tripped
@@ -26,6 +26,10 @@ from mavquad.flight.mode_watch import ModeWatch
 from mavquad.flight.operator import Operator
 from mavquad.flight.phases.bridge import Address
 from mavquad.flight.phases.going_down import GoingDown
+from mavquad.flight.phases.identifying import Identifying
+from mavquad.flight.phases.preparing import Preparing
+from mavquad.flight.phases.probing import Probing
+from mavquad.flight.phases.waiting import Waiting
 from mavquad.flight.preparation import Preparation
 from mavquad.flight.snapshot import status_of
 from mavquad.flight.story import Story
@@ -36,10 +40,8 @@ from mavquad.flight_record import Status, TraceRow
 from mavquad.protocol import command as commands
 from mavquad.protocol.codec import Message, mavlink
 from mavquad.protocol.command import Command, CommandExchange, Reply
-from mavquad.protocol.firmware import PX4, Mode, firmware_of
-from mavquad.protocol.identify import Identification
+from mavquad.protocol.firmware import PX4, Mode
 from mavquad.protocol.messages import attitude_target_from
-from mavquad.protocol.streams import StreamKeeper, shortfalls
 from mavquad.protocol.timesync import TimeSync
 from mavquad.types import Depth, Position
 
@@ -73,14 +75,10 @@ class Captain:
         self.phase_us = self.now_us
         self.limit_us = self._limit_us(Phase.CONNECTING)
         self.ground_m = 0.0
-        self._waits_for = ""
         self._believed_us = NEVER_US
         self.story = Story()
         self.note("phase", Phase.CONNECTING.value)
         self._vehicle = Vehicle()
-        self._firmware = PX4
-        self._identification = Identification(params.streams, PX4)
-        self._keeper = StreamKeeper(params.streams, PX4)
         self._preparation = Preparation()
         self._probe = TorqueProbe(PX4.offboard)
         self._hover = HoverThrust(params.airframe)
@@ -96,6 +94,17 @@ class Captain:
         self._going_down = GoingDown(self, self._vehicle, self._control, self._exchange, self._modes)
         self._law_choice = self._choice()
         self._delay, self._velocity_check = self._law_choice.delay, self._law_choice.velocity_check
+        self._identifying = Identifying(
+            self, self._vehicle, self.operator, self._law_choice, self._takeoff, params.streams, params.parameters
+        )
+        self._keeper = self._identifying.keeper
+        self._preparing = Preparing(
+            self, self._vehicle, self.operator, self._identifying, self._preparation, params.parameters
+        )
+        self._waiting = Waiting(
+            self, self._vehicle, self._control, self._exchange, params.streams, params.guards.stale_attitude_s
+        )
+        self._probing = Probing(self, self._vehicle, self._control, self._exchange, self._identifying, self._probe)
         self.phase = Phase.CONNECTING
         self._phase_name = self.phase.value
         self._enter = self._actions()
@@ -127,7 +136,7 @@ class Captain:
         """The earliest of: a repeated request, the phase's time limit, the age of the pose, a safe setpoint."""
         return min(
             self._exchange.next_deadline_us(),
-            self._identification.next_deadline_us() if self.phase is Phase.IDENTIFYING else NEVER_US,
+            self._identifying.exchange.next_deadline_us() if self.phase is Phase.IDENTIFYING else NEVER_US,
             self._preparation.next_deadline_us(),
             self._probe.next_deadline_us(),
             self.limit_us,
@@ -181,7 +190,7 @@ class Captain:
         """The operator orders the takeoff; to this height, or, at 0, to the configured one."""
         self.now_us = now_us
         self.operator.take_off(height_m)
-        self._check_identity()
+        self._identifying.check()
 
     def goto(self, now_us: int, north_m: float, east_m: float, down_m: float, heading_deg: float | None = None) -> None:
         """The operator orders another place, from where the law took over; it stays there until the next order."""
@@ -211,8 +220,7 @@ class Captain:
     def kept(self, now_us: int) -> None:
         """What the parameters were is kept where it survives us: they may be changed."""
         self.now_us = now_us
-        self.send_all(self._preparation.change(self.target, now_us))
-        self._check_preparation()
+        self._preparing.kept()
 
     def last_resort(self) -> list[Message]:
         """What to send when our own code has failed in flight."""
@@ -224,8 +232,7 @@ class Captain:
 
     def status(self) -> Status:
         """A snapshot for a display."""
-        version = self._identification.version
-        return status_of(self, self._vehicle, version, self._control, self._hover)
+        return status_of(self, self._vehicle, self._identifying.version, self._control, self._hover)
 
     # ------------------------------------------------------------------ sending
 
@@ -240,10 +247,8 @@ class Captain:
 
     def _repeat_requests(self) -> None:
         if self.phase is Phase.IDENTIFYING:
-            self.send_all(self._identification.on_deadline(self.target, self.now_us))
-            self._check_identity()
-        self.send_all(self._preparation.on_deadline(self.target, self.now_us))
-        self._check_preparation()
+            self._identifying.on_deadline()
+        self._preparing.on_deadline()
         self.send_all(self._probe.on_deadline(self.target, self.now_us))
         repeated = self._exchange.on_deadline(self.target, self.now_us)
         if repeated is Reply.TIMEOUT and self.phase not in (Phase.LANDING, Phase.WITHDRAWING):
@@ -273,6 +278,11 @@ class Captain:
         if action is not None:
             action()
 
+    @property
+    def is_ending(self) -> bool:
+        """Whether something went wrong, or the operator stopped it."""
+        return self.story.error is not None or self.operator.interrupted
+
     def blame(self, error: MavquadError) -> None:
         """Something went wrong."""
         self.story.blame(self.now_us, error)
@@ -291,158 +301,21 @@ class Captain:
 
     def _limit_error(self) -> MavquadError:
         if self.phase is Phase.ENGAGING:
-            except_mask = self._identification.parameters.get("COM_RCL_EXCEPT")
+            except_mask = self._identifying.told.get("COM_RCL_EXCEPT")
             return reasons.not_engaged(self._exchange, self._vehicle, except_mask, self.said())
         details = ""
         if self.phase is Phase.WAITING:
-            details = self._not_ready()
+            details = self._waiting.not_ready()
         elif self.phase is Phase.IDENTIFYING:
-            details = self._identification.waiting_for or "SYS_STATUS"
+            details = self._identifying.waits_for
         elif self.phase in (Phase.PREPARING, Phase.RESTORING):
             details = self._preparation.waiting_for
         elif self.phase is Phase.TAKING_OFF and self._takeoff.lacks_thrust:
             details = "its hover thrust is not known (ATTITUDE_TARGET; or set airframe.hover_thrust_norm)"
         waited_s = (self.now_us - self.phase_us) * 1e-6
-        return reasons.too_long(self.phase, self._firmware, details, self._exchange.tries, waited_s, self.said())
-
-    # ------------------------------------------------------------------ before the flight
-
-    def _on_found(self, message: Message) -> None:
-        firmware = firmware_of(message.autopilot, message.type)
-        if firmware is None:
-            self.fire(Event.REFUSED, reasons.not_flown(message.autopilot, message.type))
-            return
-        self._firmware = self._vehicle.firmware = firmware
-        self._vehicle.take_heartbeat(message)
-        if self._vehicle.armed:
-            self.fire(Event.REFUSED, reasons.armed_already(self._vehicle.mode_name))
-        else:
-            self.fire(Event.FOUND)
-
-    def _enter_identifying(self) -> None:
-        also = self._params.parameters.changes(self._firmware)
-        self._identification = Identification(self._params.streams, self._firmware, also)
-        self._keeper = StreamKeeper(self._params.streams, self._firmware)
-        self.send_all(self._identification.start(self.target, self.now_us))
-
-    def _check_identity(self) -> None:
-        known = self._identification.done and self._vehicle.reported
-        if self.phase is not Phase.IDENTIFYING or not known:
-            return
-        if not self.operator.may_take_off:
-            self.limit_us = NEVER_US  # the operator takes his time
-            return
-        try:
-            self._law_choice.choose(self._identification.version)
-        except MavquadError as error:
-            self.fire(Event.REFUSED, error)
-            return
-        told = self._identification.parameters
-        firmware = self._firmware
-        self._takeoff.altitude_m = self.operator.takeoff_m or told.get(firmware.takeoff_parameter, firmware.takeoff_m)
-        self._takeoff.high_share = firmware.high_share
-        self._hover.parameter_norm = within_hover(told.get(firmware.hover_parameter, 0.0))
-        self.fire(Event.IDENTIFIED)
-
-    def _enter_preparing(self) -> None:
-        found, vehicle = self._identification.parameters, self._vehicle
-        wanted = self._params.parameters.wanted(self._firmware, found, vehicle.transmitter)
-        if self._firmware.takeoff_parameter in found and self.operator.takeoff_m:
-            wanted[self._firmware.takeoff_parameter] = self.operator.takeoff_m
-        self.send_all(self._preparation.start(wanted, self._firmware, self.target, self.now_us))
-        self._check_preparation()
-
-    def _check_preparation(self) -> None:
-        preparation = self._preparation
-        if self.phase is Phase.PREPARING and preparation.over:
-            if preparation.failed:
-                self.fire(Event.REFUSED, reasons.parameters_refused(preparation.failed))
-            else:
-                self._note_changes()
-                self.fire(Event.PREPARED)
-        elif self.phase is Phase.RESTORING and preparation.over:
-            if preparation.failed:
-                self.blame(reasons.parameters_left(preparation.failed))
-            self.fire(Event.RESTORED)
-
-    def _note_changes(self) -> None:
-        for record in self._preparation.records:
-            self.note("parameter", f"{record.name} {record.original:g} -> {record.changed:g}")
-
-    def _not_ready(self) -> str:
-        """Why the vehicle cannot be armed yet; empty when it can."""
-        vehicle, pose = self._vehicle, self._control.pose
-        if not self._arms_here():
-            return f"it is in mode {vehicle.mode_name} and not yet in {(self._firmware.arms_in or self._firmware.hold).name}"
-        if not vehicle.prearm_ok:
-            return f"the autopilot's own pre-arm checks have not passed (mode {vehicle.mode_name})"
-        if not vehicle.on_ground:
-            return "EXTENDED_SYS_STATE does not show it on the ground"
-        round_trip_s = vehicle.round_trip_s
-        if round_trip_s is not None and round_trip_s > self._params.guards.stale_attitude_s:
-            return f"a round trip over the link takes {round_trip_s:.2f} s: too slow to fly on"
-        if pose.attitude is None or pose.position is None:
-            return "no pose"
-        fault = self._control.guards.not_ready()
-        return fault or "; ".join(shortfalls(self._params.streams, vehicle.streams, self.now_us))
-
-    def _arms_here(self) -> bool:
-        """PX4 1.16 goes back to OFFBOARD when it has landed and disarmed, and its checks fail there without setpoints."""
-        firmware, mode = self._firmware, self._vehicle.mode
-        return mode != firmware.offboard if firmware.arms_in is None else mode == firmware.arms_in
-
-    def _on_waiting(self) -> None:
-        """HEARTBEAT while it is not ready: ask for the mode to arm in, and tell what it waits for."""
-        if not self._arms_here() and not self._exchange.pending:
-            self.request(commands.set_mode(self._firmware.arms_in or self._firmware.hold))
-        waits_for = self._not_ready()
-        if waits_for and waits_for.split(" at ")[0] != self._waits_for:
-            self._waits_for = waits_for.split(" at ")[0]
-            self.note("waiting", waits_for)
-
-    # ------------------------------------------------------------------ does it take torques?
-
-    def _on_ready(self) -> None:
-        is_known = self._probe.proven or self._control.law.depth != "torque"
-        self.fire(Event.READY if is_known else Event.UNPROVEN)
-
-    def _enter_probing(self) -> None:
-        self._probe.start(self.now_us)
-
-    def _enter_withdrawing(self) -> None:
-        if not self._probe.asked:
-            self._on_withdrawn()
-        else:
-            self.request(commands.set_mode(self._firmware.hold))
-
-    def _check_probe(self) -> None:
-        """It is in the offboard mode, or its answers are known."""
-        probe, version = self._probe, self._identification.version
-        if probe.proven:
-            self.note("law", "the vehicle takes torques")
-            self.fire(Event.PROVEN)
-        elif probe.refused:
-            said = self.said()
-            error = reasons.ignores_torque(self._firmware, version, probe.result, probe.refusals, said)
-            self.fire(Event.REFUSED, error)
-
-    def _on_withdrawn(self) -> None:
-        """HEARTBEAT shows another mode: the setpoints end, and it goes on as it went before."""
-        self._probe.stop()
-        self.fire(Event.LEFT if self.story.error or self.operator.interrupted else Event.RELEASED)
-
-    def _on_probed(self, changed: Mode | None) -> None:
-        """HEARTBEAT, disarmed, while it is probed, or leaves the offboard mode again."""
-        offboard = self._vehicle.mode == self._firmware.offboard
-        if self.phase is Phase.PROBING:
-            self._probe.proven |= offboard
-            self._check_probe()
-            if self.phase is Phase.PROBING:
-                self.send_all(self._probe.on_heartbeat(self.target, self.now_us))
-        elif not offboard and (changed is not None or not self._exchange.pending):
-            self._on_withdrawn()
-        elif offboard and not self._exchange.pending:
-            self._enter_withdrawing()
+        return reasons.too_long(
+            self.phase, self._vehicle.firmware, details, self._exchange.tries, waited_s, self.said()
+        )
 
     # ------------------------------------------------------------------ into the air and down
 
@@ -452,14 +325,14 @@ class Captain:
         self.request(commands.arm())
 
     def _enter_taking_off(self) -> None:
-        self.request(commands.takeoff(self._firmware, self._takeoff.altitude_m))
+        self.request(commands.takeoff(self._vehicle.firmware, self._takeoff.altitude_m))
 
     def _enter_engaging(self) -> None:
         asked, streams = self._params.streams, self._vehicle.streams
         attitude_hz = min(asked.attitude_hz, streams["ATTITUDE"].rate_hz(self.now_us))
         position_hz = min(asked.position_hz, streams["LOCAL_POSITION_NED"].rate_hz(self.now_us))
         # Where the vehicle is in the mode already, what is sent acts.
-        self._control.law.in_control = self._firmware.acts_at_once
+        self._control.law.in_control = self._vehicle.firmware.acts_at_once
         self._control.start(attitude_hz, position_hz, self.now_us, self._vehicle.round_trip_s)
 
     def _enter_flying(self) -> None:
@@ -471,23 +344,20 @@ class Captain:
     def _enter_restoring(self) -> None:
         self._control.stop()
         self._probe.stop()
-        self.send_all(self._preparation.restore(self.target, self.now_us))
-        self._check_preparation()
+        self._preparing.restore()
 
     def _enter_done(self) -> None:
         self._control.stop()
         self._probe.stop()
-        self._preparation.stop()
-        if self._preparation.left_over:
-            self.note("parameter", "not put back: " + ", ".join(record.name for record in self._preparation.records))
+        self._preparing.end()
 
     def _actions(self) -> dict[Phase, Callable[[], None]]:
         """What is done on entering a phase."""
         return {
-            Phase.IDENTIFYING: self._enter_identifying,
-            Phase.PREPARING: self._enter_preparing,
-            Phase.PROBING: self._enter_probing,
-            Phase.WITHDRAWING: self._enter_withdrawing,
+            Phase.IDENTIFYING: self._identifying.begin,
+            Phase.PREPARING: self._preparing.prepare,
+            Phase.PROBING: self._probing.begin,
+            Phase.WITHDRAWING: self._probing.withdraw,
             Phase.ARMING: self._enter_arming,
             Phase.TAKING_OFF: self._enter_taking_off,
             Phase.ENGAGING: self._enter_engaging,
@@ -503,7 +373,7 @@ class Captain:
 
     def _on_heartbeat(self, message: Message) -> None:
         if self.phase is Phase.CONNECTING:
-            self._on_found(message)
+            self._identifying.on_found(message)
             return
         was_armed = self._vehicle.armed
         changed = self._vehicle.take_heartbeat(message)
@@ -512,19 +382,14 @@ class Captain:
             return
         if changed is not None:
             self.note("mode", changed.name)
-            if self._vehicle.mode != self._firmware.offboard and self.phase is Phase.LANDING:
+            if self._vehicle.mode != self._vehicle.firmware.offboard and self.phase is Phase.LANDING:
                 self._control.stop()
         if self.phase is Phase.RESTORING and self._vehicle.armed and not was_armed:
             self.fire(Event.TAKEN_OVER, reasons.armed_again(self._vehicle.mode_name))
             return
-        self._keep_streams()
+        if self.phase in _BEFORE_THE_LAW:
+            self._identifying.keep_streams()
         self._on_armed(changed) if self._vehicle.armed else self._on_disarmed(changed)
-
-    def _keep_streams(self) -> None:
-        """Until the law takes over, streams that do not come are asked for again."""
-        is_asking = self.phase is Phase.IDENTIFYING and not self._identification.done
-        if self.phase in _BEFORE_THE_LAW and not is_asking:
-            self.send_all(command.message(self.target, 0) for command in self._keeper.again(self.now_us))
 
     def height_m(self) -> float:
         """Above the arming point; 0 without a position."""
@@ -533,7 +398,7 @@ class Captain:
 
     def _on_armed(self, changed: Mode | None) -> None:
         """HEARTBEAT shows it armed; where it does not show what was asked for and acknowledged, that is asked again."""
-        offboard = self._vehicle.mode == self._firmware.offboard
+        offboard = self._vehicle.mode == self._vehicle.firmware.offboard
         if self.phase is Phase.ARMING:
             self.fire(Event.ARMED)
         elif self.phase is Phase.ENGAGING and offboard and self._control.sent:
@@ -547,9 +412,9 @@ class Captain:
 
     def _on_disarmed(self, changed: Mode | None) -> None:
         if self.phase is Phase.WAITING:
-            self._on_waiting()
+            self._waiting.on_heartbeat()
         elif self.phase in _PROBE:
-            self._on_probed(changed)
+            self._probing.on_heartbeat(changed)
         if self.phase is Phase.DISARMING and self._exchange.pending:
             return  # this heartbeat may be from before an arming that we did not hear of
         expected = self.phase not in IN_FLIGHT or (self.phase is Phase.LANDING and self._going_down.is_down_well())
@@ -559,12 +424,10 @@ class Captain:
         if message.target_system not in (0, self._params.link.system_id):
             return
         if self.phase is Phase.IDENTIFYING:
-            self.send_all(self._identification.on_ack(message, self.target, self.now_us))
-            self._check_identity()
+            self._identifying.on_ack(message)
             return
         if self.phase is Phase.PROBING:
-            self._probe.on_ack(message)
-            self._check_probe()
+            self._probing.on_ack(message)
             return
         reply = self._exchange.on_ack(message)
         if reply is Reply.REFUSED:
@@ -600,19 +463,13 @@ class Captain:
 
     def _on_param(self, message: Message) -> None:
         if self.phase is Phase.IDENTIFYING:
-            self._identification.on_param(message)
-            self._check_identity()
+            self._identifying.on_param(message)
         else:
-            self.send_all(self._preparation.on_value(message, self.target, self.now_us))
-            self._check_preparation()
-
-    def _on_version(self, message: Message) -> None:
-        self._identification.on_version(message)
-        self._check_identity()
+            self._preparing.on_param(message)
 
     def _on_sys_status(self, message: Message) -> None:
         self._vehicle.take_sys_status(message)
-        self._check_identity()
+        self._identifying.check()
         self._on_guarded(message)
 
     def _on_guarded(self, message: Message) -> None:
@@ -675,11 +532,11 @@ class Captain:
     def _on_fresh_position(self, position: Position) -> None:
         self._trip(self._control.guards.on_position(position, self.now_us))
         law = self._control.law
-        if self.phase is Phase.WAITING and not self._not_ready():
-            self._on_ready()
+        if self.phase is Phase.WAITING and not self._waiting.not_ready():
+            self._probing.on_ready()
         elif self.phase is Phase.TAKING_OFF:
             self._velocity_check.take(position)
-            holds = self._vehicle.mode == self._firmware.hover and self._control.pose.stale(self.now_us) is None
+            holds = self._vehicle.mode == self._vehicle.firmware.hover and self._control.pose.stale(self.now_us) is None
             if self._takeoff.is_over(position, self.ground_m, holds, self.now_us):
                 self._on_airborne()
         elif self.phase is Phase.FLYING and law.mission_over(position.stamp_us) and not self.operator.holds:
@@ -708,8 +565,8 @@ class Captain:
             return
         self._send(setpoint)
         asks = self.phase is Phase.ENGAGING and self._control.sent == SETPOINTS_BEFORE_OFFBOARD
-        if asks and not self._firmware.acts_at_once:
-            self.request(commands.set_mode(self._firmware.offboard))
+        if asks and not self._vehicle.firmware.acts_at_once:
+            self.request(commands.set_mode(self._vehicle.firmware.offboard))
 
     def _trip(self, tripped: Tripped | None) -> None:
         """A guard ends our control: the mode change goes first, then safe setpoints until HEARTBEAT shows it.
@@ -742,7 +599,7 @@ class Captain:
             mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET: self._on_attitude_target,
             mavlink.MAVLINK_MSG_ID_COMMAND_ACK: self._on_ack,
             mavlink.MAVLINK_MSG_ID_PARAM_VALUE: self._on_param,
-            mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION: self._on_version,
+            mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION: self._identifying.on_version,
             mavlink.MAVLINK_MSG_ID_SYS_STATUS: self._on_sys_status,
             mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: self._going_down.on_extended_state,
             mavlink.MAVLINK_MSG_ID_STATUSTEXT: self._on_statustext,

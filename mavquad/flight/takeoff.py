@@ -6,9 +6,11 @@ The hover thrust is learned in that while, from the autopilot's own command.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from mavquad.endpoint import NEVER_US
-from mavquad.flight.airframe import HoverThrust
+from mavquad.flight.airframe import HoverThrust, within_hover
+from mavquad.protocol.firmware import Firmware
 from mavquad.types import Attitude, Position
 
 HOVER_SPEED_M_S = 0.8
@@ -31,6 +33,12 @@ class TakeoffWatch:
         self._steady_since_us = NEVER_US
         self.altitude_m = 0.0
         self.high_share = 0.5
+
+    def expect(self, firmware: Firmware, told: Mapping[str, float], ordered_m: float) -> None:
+        """What is known beforehand: from the parameters that the vehicle told, by name, unless a height is ordered."""
+        self.altitude_m = ordered_m or told.get(firmware.takeoff_parameter, firmware.takeoff_m)
+        self.high_share = firmware.high_share
+        self._hover.parameter_norm = within_hover(told.get(firmware.hover_parameter, 0.0))
 
     def is_high(self, height_m: float) -> bool:
         """Whether a hold at this height can be the takeoff's end; the estimate of a real vehicle drifts by a metre."""

@@ -57,11 +57,16 @@ class StreamKeeper:
     """
 
     def __init__(self, params: StreamParams, firmware: Firmware) -> None:
-        self._least_share = params.least_share
-        self._asked = {number: (name, rate_hz) for name, number, rate_hz in wanted(params, firmware) if rate_hz}
+        self._params = params
         self._counts: Counter[int] = Counter()
+        self.restart(firmware)
+
+    def restart(self, firmware: Firmware) -> None:
+        """Streams are asked for from now on; what came before does not count."""
+        self._asked = {number: (name, rate_hz) for name, number, rate_hz in wanted(self._params, firmware) if rate_hz}
         self._left = dict.fromkeys(self._asked, TIMES_AGAIN)
         self._since_us: int | None = None
+        self._counts.clear()
 
     def on_message(self, number: int) -> None:
         """A message of this id arrived."""
@@ -80,7 +85,7 @@ class StreamKeeper:
         return [set_interval(self._asked[number][0], number, self._asked[number][1]) for number in short]
 
     def _is_short(self, number: int, window_s: float) -> bool:
-        least = self._least_share * self._asked[number][1] * window_s
+        least = self._params.least_share * self._asked[number][1] * window_s
         return self._left[number] > 0 and self._counts[number] + 1 < least
 
 

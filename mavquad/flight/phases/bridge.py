@@ -35,6 +35,10 @@ class Bridge(Protocol):
     target: Address
     ground_m: float
 
+    @property
+    def is_ending(self) -> bool:
+        """Whether the flight goes on only to end: something went wrong, or the operator stopped it."""
+
     def fire(self, event: Event, error: MavquadError | None = None) -> None:
         """Something happened: on to the phase that the table names, if any; then the error, if any, is why."""
 
