@@ -17,18 +17,20 @@ from mavquad.flight import reasons
 from mavquad.flight.airframe import HoverThrust
 from mavquad.flight.control import Control
 from mavquad.flight.guard_set import GuardSet
-from mavquad.flight.guards import LAND, RETURN, Tripped
+from mavquad.flight.guards import Tripped
 from mavquad.flight.law_choice import LawChoice
 from mavquad.flight.law_flight import LawFlight
 from mavquad.flight.machine import IN_FLIGHT, Event, Phase, next_phase
-from mavquad.flight.mission_check import height_fault
 from mavquad.flight.mode_watch import ModeWatch
 from mavquad.flight.operator import Operator
 from mavquad.flight.phases.bridge import Address
 from mavquad.flight.phases.going_down import GoingDown
+from mavquad.flight.phases.going_up import GoingUp
 from mavquad.flight.phases.identifying import Identifying
+from mavquad.flight.phases.limits import Limits
 from mavquad.flight.phases.preparing import Preparing
 from mavquad.flight.phases.probing import Probing
+from mavquad.flight.phases.refusals import Refusals
 from mavquad.flight.phases.waiting import Waiting
 from mavquad.flight.preparation import Preparation
 from mavquad.flight.snapshot import status_of
@@ -41,13 +43,8 @@ from mavquad.protocol import command as commands
 from mavquad.protocol.codec import Message, mavlink
 from mavquad.protocol.command import Command, CommandExchange, Reply
 from mavquad.protocol.firmware import PX4, Mode
-from mavquad.protocol.messages import attitude_target_from
 from mavquad.protocol.timesync import TimeSync
 from mavquad.types import Depth, Position
-
-REASON_US = 250_000
-BELIEVED_US = 150_000
-"""After the ACK of the offboard mode an ATTITUDE_TARGET may still be from before it; later, it shows that it was wrong."""
 
 _PROBE = frozenset((Phase.PROBING, Phase.WITHDRAWING))
 _DISARMED = frozenset((Phase.IDENTIFYING, Phase.PREPARING, Phase.WAITING))
@@ -71,11 +68,9 @@ class Captain:
         self.target: Address = (0, 0)
         self._exchange = CommandExchange()
         self.refusal_us = NEVER_US
-        self._refusal_result = ""
         self.phase_us = self.now_us
         self.limit_us = self._limit_us(Phase.CONNECTING)
         self.ground_m = 0.0
-        self._believed_us = NEVER_US
         self.story = Story()
         self.note("phase", Phase.CONNECTING.value)
         self._vehicle = Vehicle()
@@ -105,6 +100,17 @@ class Captain:
             self, self._vehicle, self._control, self._exchange, params.streams, params.guards.stale_attitude_s
         )
         self._probing = Probing(self, self._vehicle, self._control, self._exchange, self._identifying, self._probe)
+        self._limits = Limits(
+            self,
+            self._vehicle,
+            self._exchange,
+            self._identifying,
+            self._preparation,
+            self._waiting,
+            self._takeoff,
+        )
+        self._refusals = Refusals(self, self._control, self._exchange, self._modes)
+        self._going_up = GoingUp(self, self._vehicle, self._control, self._law_choice, self._takeoff, params.streams)
         self.phase = Phase.CONNECTING
         self._phase_name = self.phase.value
         self._enter = self._actions()
@@ -149,10 +155,9 @@ class Captain:
         self.now_us = now_us
         self._trip(self._control.silence(now_us))
         self._repeat_requests()
-        if now_us >= self.refusal_us:
-            self.fire(Event.REFUSED, reasons.refused(self._exchange, self._refusal_result, self.said()))
+        self._refusals.act_when_due()
         if now_us >= self.limit_us:
-            self.fire(Event.TIMEOUT, self._limit_error())
+            self.fire(Event.TIMEOUT, self._limits.error())
         self.stay_safe()
 
     def measured_round_trip(self, round_trip_us: int) -> None:
@@ -250,11 +255,7 @@ class Captain:
             self._identifying.on_deadline()
         self._preparing.on_deadline()
         self.send_all(self._probe.on_deadline(self.target, self.now_us))
-        repeated = self._exchange.on_deadline(self.target, self.now_us)
-        if repeated is Reply.TIMEOUT and self.phase not in (Phase.LANDING, Phase.WITHDRAWING):
-            self.fire(Event.TIMEOUT, reasons.unanswered(self._exchange, self.said(), self.now_us))
-        elif repeated is not None and repeated is not Reply.TIMEOUT:
-            self._send(repeated)
+        self._refusals.repeat()
 
     # ------------------------------------------------------------------ the machine
 
@@ -299,48 +300,6 @@ class Captain:
         limit_s = self._params.flight.limit_s(phase)
         return self.now_us + grid_us(limit_s) if limit_s else NEVER_US
 
-    def _limit_error(self) -> MavquadError:
-        if self.phase is Phase.ENGAGING:
-            except_mask = self._identifying.told.get("COM_RCL_EXCEPT")
-            return reasons.not_engaged(self._exchange, self._vehicle, except_mask, self.said())
-        details = ""
-        if self.phase is Phase.WAITING:
-            details = self._waiting.not_ready()
-        elif self.phase is Phase.IDENTIFYING:
-            details = self._identifying.waits_for
-        elif self.phase in (Phase.PREPARING, Phase.RESTORING):
-            details = self._preparation.waiting_for
-        elif self.phase is Phase.TAKING_OFF and self._takeoff.lacks_thrust:
-            details = "its hover thrust is not known (ATTITUDE_TARGET; or set airframe.hover_thrust_norm)"
-        waited_s = (self.now_us - self.phase_us) * 1e-6
-        return reasons.too_long(
-            self.phase, self._vehicle.firmware, details, self._exchange.tries, waited_s, self.said()
-        )
-
-    # ------------------------------------------------------------------ into the air and down
-
-    def _enter_arming(self) -> None:
-        assert self._control.pose.position is not None
-        self.ground_m = self._control.pose.position.position_nwu_m[2]
-        self.request(commands.arm())
-
-    def _enter_taking_off(self) -> None:
-        self.request(commands.takeoff(self._vehicle.firmware, self._takeoff.altitude_m))
-
-    def _enter_engaging(self) -> None:
-        asked, streams = self._params.streams, self._vehicle.streams
-        attitude_hz = min(asked.attitude_hz, streams["ATTITUDE"].rate_hz(self.now_us))
-        position_hz = min(asked.position_hz, streams["LOCAL_POSITION_NED"].rate_hz(self.now_us))
-        # Where the vehicle is in the mode already, what is sent acts.
-        self._control.law.in_control = self._vehicle.firmware.acts_at_once
-        self._control.start(attitude_hz, position_hz, self.now_us, self._vehicle.round_trip_s)
-
-    def _enter_flying(self) -> None:
-        assert self._control.pose.position is not None
-        self._control.law.in_control = True
-        self._control.echo.wanted = False
-        self._control.law.start_mission(self._control.pose.position.stamp_us)
-
     def _enter_restoring(self) -> None:
         self._control.stop()
         self._probe.stop()
@@ -358,10 +317,10 @@ class Captain:
             Phase.PREPARING: self._preparing.prepare,
             Phase.PROBING: self._probing.begin,
             Phase.WITHDRAWING: self._probing.withdraw,
-            Phase.ARMING: self._enter_arming,
-            Phase.TAKING_OFF: self._enter_taking_off,
-            Phase.ENGAGING: self._enter_engaging,
-            Phase.FLYING: self._enter_flying,
+            Phase.ARMING: self._going_up.arm,
+            Phase.TAKING_OFF: self._going_up.take_off,
+            Phase.ENGAGING: self._going_up.engage,
+            Phase.FLYING: self._going_up.fly,
             Phase.HANDING_BACK: self._going_down.hand_back,
             Phase.LANDING: self._going_down.land,
             Phase.DISARMING: self._going_down.disarm,
@@ -431,35 +390,9 @@ class Captain:
             return
         reply = self._exchange.on_ack(message)
         if reply is Reply.REFUSED:
-            self._on_refusal()
+            self._refusals.on_refusal()
         elif reply is Reply.ACCEPTED and self.phase is Phase.ENGAGING:
-            self._on_offboard_accepted()
-
-    def _on_offboard_accepted(self) -> None:
-        """An ACK is no proof (PX4 1.16 takes it back), but what is sent may act from now on: it is believed, for a while.
-
-        PX4 1.16 pauses ATTITUDE_TARGET for half a second just then, and what acts unknown to the observer shakes the vehicle.
-        """
-        self._control.law.in_control = True
-        self._believed_us = self.now_us
-
-    def _on_refusal(self) -> None:
-        """PX4 sends the text that says why right behind the ACK: wait for it, unless there is a vehicle to bring down."""
-        if self.phase in (Phase.WAITING, Phase.WITHDRAWING):
-            return  # the mode is asked for again
-        if self._modes.reaction == RETURN:
-            self._modes.reaction = LAND  # it cannot come back: down from where it is
-        if self.phase is Phase.LANDING:
-            self.blame(reasons.refused(self._exchange, self._exchange.result, self.said()))
-            return
-        if self.phase is Phase.ENGAGING:
-            self._control.law.in_control = False
-        if self.refusal_us == NEVER_US:
-            waits = self.phase in (Phase.ARMING, Phase.TAKING_OFF, Phase.ENGAGING)
-            self._refusal_result = self._exchange.result
-            self.refusal_us = self.now_us + (REASON_US if waits else 0)
-        if self.now_us >= self.refusal_us:
-            self.fire(Event.REFUSED, reasons.refused(self._exchange, self._refusal_result, self.said()))
+            self._going_up.on_offboard_accepted()
 
     def _on_param(self, message: Message) -> None:
         if self.phase is Phase.IDENTIFYING:
@@ -477,32 +410,6 @@ class Captain:
 
     def _on_statustext(self, message: Message) -> None:
         self.note("vehicle", self._vehicle.take_text(message, self.now_us))
-
-    def _on_attitude_target(self, message: Message) -> None:
-        if self.phase is Phase.TAKING_OFF:
-            self._takeoff.learn(message.thrust, self._control.pose.attitude)
-            if self._takeoff.hovers:
-                self._watch(message)
-        elif self.phase is Phase.ENGAGING and self._control.echo.wanted:
-            self._look_for_echo(message)
-
-    def _look_for_echo(self, message: Message) -> None:
-        law, echo = self._control.law, self._control.echo
-        if echo.shows(message):
-            self.note("law", "the autopilot follows: ATTITUDE_TARGET shows our setpoint")
-            law.in_control, echo.wanted = True, False
-        elif law.depth != "torque" and (not law.in_control or self.now_us - self._believed_us > BELIEVED_US):
-            law.in_control = False
-            self._watch(message)
-
-    def _watch(self, message: Message) -> None:
-        """The autopilot flies by its own command: let the observer run on that."""
-        target, pose, law = attitude_target_from(message), self._control.pose, self._control.law
-        if target is None or pose.attitude is None or pose.position is None:
-            return
-        if not law.watches:
-            self._law_choice.settle()
-        law.watch(target, pose.position, pose.attitude)
 
     # ------------------------------------------------------------------ the pose
 
@@ -538,20 +445,11 @@ class Captain:
             self._velocity_check.take(position)
             holds = self._vehicle.mode == self._vehicle.firmware.hover and self._control.pose.stale(self.now_us) is None
             if self._takeoff.is_over(position, self.ground_m, holds, self.now_us):
-                self._on_airborne()
+                self._going_up.on_airborne(self._params.mission, self._params.guards)
         elif self.phase is Phase.FLYING and law.mission_over(position.stamp_us) and not self.operator.holds:
             self.fire(Event.MISSION_OVER)
         law.take_position(position)
         self._fly(not law.steps_on_attitude)
-
-    def _on_airborne(self) -> None:
-        """How far the mission leads up and down counts from here."""
-        fault = height_fault(self._params.mission, self._params.guards, self.height_m())
-        if fault is None:
-            self._law_choice.settle()
-            self.fire(Event.AIRBORNE)
-        else:
-            self.fire(Event.TIMEOUT, reasons.too_high_or_low(fault))
 
     def _fly(self, steps: bool) -> None:
         """Whatever was just measured may trip a guard; one of the two streams steps the law."""
@@ -596,7 +494,7 @@ class Captain:
             mavlink.MAVLINK_MSG_ID_HEARTBEAT: self._on_heartbeat,
             mavlink.MAVLINK_MSG_ID_ATTITUDE: self._on_attitude,
             mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: self._on_position,
-            mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET: self._on_attitude_target,
+            mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET: self._going_up.on_attitude_target,
             mavlink.MAVLINK_MSG_ID_COMMAND_ACK: self._on_ack,
             mavlink.MAVLINK_MSG_ID_PARAM_VALUE: self._on_param,
             mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION: self._identifying.on_version,
