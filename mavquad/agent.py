@@ -114,7 +114,7 @@ class Agent:
     def stop(self, now_us: int) -> None:
         """The operator stops: hand back and land, from wherever the flight is."""
         self._now_us = now_us
-        self._captain.stop(now_us)
+        self._captain.operator.stop(now_us)
 
     @property
     def changed_parameters(self) -> ChangedParameters | None:
@@ -135,17 +135,17 @@ class Agent:
     def goto(self, now_us: int, north_m: float, east_m: float, down_m: float, heading_deg: float | None = None) -> None:
         """The operator orders another place, from where the law took over; see `order_fault`."""
         self._now_us = now_us
-        self._captain.goto(now_us, north_m, east_m, down_m, heading_deg)
+        self._captain.operator.goto(now_us, (north_m, east_m, down_m), heading_deg)
 
     def fly(self, now_us: int, mission_json: str) -> None:
         """The operator orders another mission (`MissionParams` in JSON), from where the reference is; see `order_fault`."""
         self._now_us = now_us
-        self._captain.fly(now_us, mission_json)
+        self._captain.operator.fly(now_us, mission_json)
 
     def land(self, now_us: int) -> None:
         """The operator orders the landing."""
         self._now_us = now_us
-        self._captain.land(now_us)
+        self._captain.operator.land(now_us)
 
     @property
     def awaits_takeoff(self) -> bool:
@@ -170,7 +170,7 @@ class Agent:
     @property
     def law(self) -> LawFlight:
         """The law in flight, to be looked at."""
-        return self._captain.law
+        return self._captain.control.law
 
     def last_resort(self) -> list[bytes]:
         """Frames to send when this agent itself has failed in flight: hold, and no rotation meanwhile."""
@@ -202,7 +202,7 @@ class Agent:
 
     def take_trace(self) -> list[TraceRow]:
         """The rows of the law since the last call."""
-        return self._captain.take_trace()
+        return self._captain.control.take_trace()
 
     def status(self) -> Status:
         """A snapshot for a display and for the summary."""

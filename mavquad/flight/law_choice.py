@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 from mavquad.control.params import LawParams
 from mavquad.flight import reasons
+from mavquad.flight.bridge import Bridge
 from mavquad.flight.control import Control
 from mavquad.flight.delay import DelayMeter
 from mavquad.flight.law_flight import MOST_COMMANDS_IN_FLIGHT
-from mavquad.flight.phases.bridge import Bridge
 from mavquad.flight.vehicle import Vehicle
 from mavquad.flight.velocity_check import VelocityCheck
 from mavquad.protocol.firmware import PX4, Version

@@ -149,6 +149,11 @@ TRANSITIONS: dict[Phase, dict[Event, Phase]] = {
     Phase.DONE: {},
 }
 
+ON_GROUND = frozenset(
+    (Phase.CONNECTING, Phase.IDENTIFYING, Phase.PREPARING, Phase.WAITING, Phase.PROBING, Phase.WITHDRAWING)
+)
+"""Phases in which the vehicle is disarmed."""
+
 IN_FLIGHT = frozenset((Phase.TAKING_OFF, Phase.ENGAGING, Phase.FLYING, Phase.HANDING_BACK, Phase.LANDING))
 """Phases in which the vehicle may be in the air."""
 

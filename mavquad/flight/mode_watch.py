@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from mavquad.flight.bridge import Bridge
 from mavquad.flight.guards import LAND, Reaction
 from mavquad.flight.machine import Phase
 from mavquad.flight.modes import asked_for, own_modes
-from mavquad.flight.phases.bridge import Bridge
 from mavquad.flight.takeoff import TakeoffWatch
 from mavquad.flight.torque_probe import TorqueProbe
 from mavquad.flight.vehicle import Vehicle

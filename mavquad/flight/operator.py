@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 from mavquad.endpoint import NEVER_US
 from mavquad.flight import orders
+from mavquad.flight.bridge import Bridge
 from mavquad.flight.control import Control
 from mavquad.flight.guards import GuardParams
 from mavquad.flight.machine import Event, Phase
 from mavquad.flight.mission_params import MissionParams
-from mavquad.flight.phases.bridge import Bridge
 from mavquad.types import Vec3
 
 
@@ -42,8 +42,9 @@ class Operator:
         """Whether the vehicle is known and the takeoff is waited for."""
         return self._bridge.phase is Phase.IDENTIFYING and self._bridge.limit_us == NEVER_US
 
-    def stop(self) -> None:
+    def stop(self, now_us: int) -> None:
         """Hand back and land, from wherever the flight is."""
+        self._bridge.now_us = now_us
         if self._bridge.phase is Phase.DONE:
             return
         self.interrupted = True
@@ -56,27 +57,29 @@ class Operator:
         self.takeoff_m = height_m or self.takeoff_m
         self.may_take_off = True
 
-    def land(self) -> None:
+    def land(self, now_us: int) -> None:
         """Hand back and land, which is the flight's good end where the law flies."""
+        self._bridge.now_us = now_us
         self._bridge.note("operator", "land")
         self._bridge.fire(Event.MISSION_OVER if self._bridge.phase is Phase.FLYING else Event.STOP)
 
-    def goto(self, goal_ned_m: Vec3, heading_deg: float | None) -> None:
-        """Another place, from where the law took over."""
+    def goto(self, now_us: int, goal_ned_m: Vec3, heading_deg: float | None) -> None:
+        """Another place, from where the law took over; the law stays there until the next order."""
         law, usual = self._control.law, self._mission
         north_m, east_m, down_m = goal_ned_m
         heading = "" if heading_deg is None else f", heading {heading_deg:g}"
         self._order(
+            now_us,
             f"go to {north_m:g} {east_m:g} {down_m:g}{heading}",
             lambda stamp_us: orders.goto(usual, law.reference(stamp_us), law.origin_nwu_m, goal_ned_m, heading_deg),
         )
 
-    def fly(self, mission_json: str) -> None:
-        """Another mission, from where the reference is."""
-        self._order(f"fly {mission_json}", lambda _: orders.mission_of(mission_json))
+    def fly(self, now_us: int, mission_json: str) -> None:
+        """Another mission (`MissionParams` in JSON), from where the reference is; the law stays at its end likewise."""
+        self._order(now_us, f"fly {mission_json}", lambda _: orders.mission_of(mission_json))
 
-    def _order(self, words: str, plan: Callable[[int], MissionParams]) -> None:
-        self.order_fault = ""
+    def _order(self, now_us: int, words: str, plan: Callable[[int], MissionParams]) -> None:
+        self._bridge.now_us, self.order_fault = now_us, ""
         try:
             self._fly(words, plan)
         except orders.OrderRefused as refused:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from mavquad.flight.airframe import HoverThrust
+from mavquad.flight.bridge import Address, Bridge
 from mavquad.flight.control import Control
-from mavquad.flight.phases.bridge import Address, Bridge
 from mavquad.flight.vehicle import Vehicle
 from mavquad.flight_record import Status
 from mavquad.protocol.firmware import Version

@@ -28,7 +28,7 @@ def test_tool_finds_nothing(name: str) -> None:
 CORE = [
     path for folder in ("control", "flight", "protocol", "tlog") for path in (ROOT / "mavquad" / folder).rglob("*.py")
 ]
-MODULES = ("agent", "agent_params", "captain", "endpoint", "flight_record", "frames", "schema", "types", "url")
+MODULES = ("agent", "agent_params", "captain", "crew", "endpoint", "flight_record", "frames", "schema", "types", "url")
 CORE += [ROOT / "mavquad" / f"{name}.py" for name in MODULES if (ROOT / "mavquad" / f"{name}.py").exists()]
 LIVE = ("__main__.py", "clock.py", "command.py", "live.py", "server.py", "sockets.py", "transports.py")
 CORE += [path for path in (ROOT / "sitl_mock").rglob("*.py") if path.name not in LIVE]

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from mavquad.flight import reasons
+from mavquad.flight.bridge import Bridge
 from mavquad.flight.control import Control
 from mavquad.flight.guards import HOLD, PILOT, RETURN, tilt_rad
-from mavquad.flight.machine import Event, Phase
+from mavquad.flight.machine import IN_FLIGHT, Event, Phase
 from mavquad.flight.mode_watch import ModeWatch
 from mavquad.flight.modes import way_back
-from mavquad.flight.phases.bridge import Bridge
 from mavquad.flight.vehicle import Vehicle
 from mavquad.protocol import command as commands
 from mavquad.protocol.codec import Message
@@ -58,6 +59,11 @@ class GoingDown:
 
     # ------------------------------------------------------------------ what the vehicle says
 
+    def on_mode(self) -> None:
+        """HEARTBEAT shows another mode: no setpoint is needed once it has left the offboard mode."""
+        if self._vehicle.mode != self._vehicle.firmware.offboard and self._bridge.phase is Phase.LANDING:
+            self._control.stop()
+
     def on_armed(self, changed: Mode | None) -> None:
         """HEARTBEAT shows it armed; where it does not show what was asked for and acknowledged, that is asked again."""
         phase, is_there = self._bridge.phase, self._vehicle.mode == self._modes.asked_for
@@ -83,7 +89,15 @@ class GoingDown:
         if self._bridge.phase is Phase.LANDING and now_us - since_us > DISARM_PATIENCE_US:
             self._bridge.fire(Event.LANDED)
 
-    def is_down_well(self) -> bool:
+    def on_disarmed(self) -> None:
+        """HEARTBEAT shows it disarmed."""
+        phase = self._bridge.phase
+        if phase is Phase.DISARMING and self._exchange.pending:
+            return  # this heartbeat may be from before an arming that we did not hear of
+        expected = phase not in IN_FLIGHT or (phase is Phase.LANDING and self._is_down_well())
+        self._bridge.fire(Event.DISARMED, None if expected else reasons.disarmed(phase, self._bridge.said()))
+
+    def _is_down_well(self) -> bool:
         """A vehicle that has landed tells of it, upright; one that rebooted in the air, or fell, shows disarmed as well."""
         pose = self._control.pose
         upright = pose.attitude is None or tilt_rad(pose.attitude) < LIES_RAD

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from mavquad.endpoint import NEVER_US
 from mavquad.flight import reasons
+from mavquad.flight.bridge import Bridge
 from mavquad.flight.control import Control
 from mavquad.flight.guards import GuardParams
 from mavquad.flight.law_choice import LawChoice
 from mavquad.flight.machine import Event, Phase
 from mavquad.flight.mission_check import height_fault
 from mavquad.flight.mission_params import MissionParams
-from mavquad.flight.phases.bridge import Bridge
 from mavquad.flight.takeoff import TakeoffWatch
 from mavquad.flight.vehicle import Vehicle
 from mavquad.protocol import command as commands
@@ -72,6 +72,13 @@ class GoingUp:
         control.law.start_mission(position.stamp_us)
 
     # ------------------------------------------------------------------ what happens
+
+    def on_armed(self) -> None:
+        """HEARTBEAT shows it armed; and in the offboard mode, which counts once it has heard of us."""
+        if self._bridge.phase is Phase.ARMING:
+            self._bridge.fire(Event.ARMED)
+        elif self._vehicle.mode == self._vehicle.firmware.offboard and self._control.sent:
+            self._bridge.fire(Event.ENGAGED)
 
     def on_airborne(self, mission: MissionParams, guards: GuardParams) -> None:
         """It hovers. How far the mission leads up and down counts from here."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 from mavquad.endpoint import NEVER_US
 from mavquad.errors import MavquadError
 from mavquad.flight import reasons
+from mavquad.flight.bridge import Bridge
 from mavquad.flight.law_choice import LawChoice
 from mavquad.flight.machine import Event, Phase
 from mavquad.flight.operator import Operator
 from mavquad.flight.parameters import VehicleParameters
-from mavquad.flight.phases.bridge import Bridge
 from mavquad.flight.takeoff import TakeoffWatch
 from mavquad.flight.vehicle import Vehicle
 from mavquad.protocol.codec import Message

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from mavquad.errors import MavquadError
 from mavquad.flight import reasons
+from mavquad.flight.bridge import Bridge
 from mavquad.flight.machine import Phase
-from mavquad.flight.phases.bridge import Bridge
 from mavquad.flight.phases.identifying import Identifying
 from mavquad.flight.phases.waiting import Waiting
 from mavquad.flight.preparation import Preparation

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from mavquad.flight import reasons
+from mavquad.flight.bridge import Bridge
 from mavquad.flight.machine import Event, Phase
 from mavquad.flight.operator import Operator
 from mavquad.flight.parameters import VehicleParameters
-from mavquad.flight.phases.bridge import Bridge
 from mavquad.flight.phases.identifying import Identifying
 from mavquad.flight.preparation import Preparation
 from mavquad.flight.vehicle import Vehicle

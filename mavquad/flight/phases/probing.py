@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from mavquad.flight import reasons
+from mavquad.flight.bridge import Bridge
 from mavquad.flight.control import Control
 from mavquad.flight.machine import Event, Phase
-from mavquad.flight.phases.bridge import Bridge
 from mavquad.flight.phases.identifying import Identifying
 from mavquad.flight.torque_probe import TorqueProbe
 from mavquad.flight.vehicle import Vehicle

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from mavquad.endpoint import NEVER_US
 from mavquad.flight import reasons
+from mavquad.flight.bridge import Bridge
 from mavquad.flight.control import Control
 from mavquad.flight.guards import LAND, RETURN
 from mavquad.flight.machine import Event, Phase
 from mavquad.flight.mode_watch import ModeWatch
-from mavquad.flight.phases.bridge import Bridge
 from mavquad.protocol.command import CommandExchange, Reply
 
 REASON_US = 250_000
@@ -26,8 +26,12 @@ class Refusals:
         self._modes = modes
         self._result = ""
 
-    def repeat(self) -> None:
-        """Send the command again, or give it up."""
+    def on_deadline(self) -> None:
+        """Send the command again, or give it up; act on a refusal that was explained by now, or will not be."""
+        self._repeat()
+        self._act_when_due()
+
+    def _repeat(self) -> None:
         bridge, exchange = self._bridge, self._exchange
         repeated = exchange.on_deadline(bridge.target, bridge.now_us)
         if repeated is Reply.TIMEOUT and bridge.phase not in (Phase.LANDING, Phase.WITHDRAWING):
@@ -50,10 +54,9 @@ class Refusals:
         if bridge.refusal_us == NEVER_US:
             self._result = self._exchange.result
             bridge.refusal_us = bridge.now_us + (REASON_US if phase in _HAS_TIME else 0)
-        self.act_when_due()
+        self._act_when_due()
 
-    def act_when_due(self) -> None:
-        """The vehicle has had the time to say why."""
+    def _act_when_due(self) -> None:
         bridge = self._bridge
         if bridge.now_us >= bridge.refusal_us:
             bridge.fire(Event.REFUSED, reasons.refused(self._exchange, self._result, bridge.said()))

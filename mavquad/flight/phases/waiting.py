@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from mavquad.flight.bridge import Bridge
 from mavquad.flight.control import Control
-from mavquad.flight.phases.bridge import Bridge
 from mavquad.flight.vehicle import Vehicle
 from mavquad.protocol import command as commands
 from mavquad.protocol.command import CommandExchange
