@@ -69,7 +69,7 @@ class Captain:
         """Take in a message of the vehicle."""
         self.now_us = now_us
         self.target = sender
-        self._keeper.on_message(message.get_msgId())
+        self._keeper.on_message(message.get_msgId(), now_us)
         self._handlers[message.get_msgId()](message)
 
     def next_deadline_us(self) -> int:
@@ -82,11 +82,14 @@ class Captain:
             self.limit_us,
             self.refusal_us,
             self.control.next_deadline_us(),
+            self._keeper.gap_deadline_us() if self.control.on else NEVER_US,
         )
 
     def on_deadline(self, now_us: int) -> None:
         """Act on whatever is due."""
         self.now_us = now_us
+        if self.control.on:
+            self._crew.identifying.ask_after_gap()
         self._trip(self.control.silence(now_us))
         if self.phase is Phase.IDENTIFYING:
             self._crew.identifying.on_deadline()

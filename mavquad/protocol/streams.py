@@ -6,6 +6,7 @@ from collections import Counter, deque
 
 from pydantic import Field
 
+from mavquad.endpoint import NEVER_US, floor_to_grid_us
 from mavquad.protocol.codec import mavlink
 from mavquad.protocol.command import Command, set_interval
 from mavquad.protocol.firmware import Firmware
@@ -14,6 +15,8 @@ from mavquad.schema import Section
 WINDOW_US = 1_000_000
 LEAST_WINDOW_S = 1.5
 TIMES_AGAIN = 5
+GAP_PERIODS, LEAST_GAP_US = 4, 40_000
+"""In flight a pose stream that is silent so long is asked for again, and so on while the silence lasts."""
 
 
 class StreamParams(Section):
@@ -49,11 +52,15 @@ def requests(params: StreamParams, firmware: Firmware) -> list[Command]:
     return [set_interval(name, message_id, rate_hz) for name, message_id, rate_hz in wanted(params, firmware)]
 
 
+_POSE = (mavlink.MAVLINK_MSG_ID_ATTITUDE, mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED)
+
+
 class StreamKeeper:
     """Asks again for streams that do not come as they were asked for.
 
     The ACK of SET_MESSAGE_INTERVAL does not say which message it is for, so on a lossy link the answer to a request that was
-    repeated may be taken for that to the next one; and an autopilot acknowledges what it then does not send.
+    repeated may be taken for that to the next one; an autopilot acknowledges what it then does not send; and somebody else on
+    the same link may ask for another rate: MAVProxy sets ArduPilot's streams to 4 Hz every 15 s.
     """
 
     def __init__(self, params: StreamParams, firmware: Firmware) -> None:
@@ -67,10 +74,32 @@ class StreamKeeper:
         self._left = dict.fromkeys(self._asked, TIMES_AGAIN)
         self._since_us: int | None = None
         self._counts.clear()
+        self._due_us = dict.fromkeys(_POSE, NEVER_US)
 
-    def on_message(self, number: int) -> None:
+    def on_message(self, number: int, now_us: int) -> None:
         """A message of this id arrived."""
         self._counts[number] += 1
+        if number in self._due_us:
+            self._due_us[number] = self._gap_us(number, now_us)
+
+    def gap_deadline_us(self) -> int:
+        """When the first pose stream has been silent for too long."""
+        return min(self._due_us.values())
+
+    def after_gap(self, now_us: int) -> list[Command]:
+        """What to ask for once more since it is silent; at once, before a guard counts it as lost."""
+        silent = [number for number, due_us in self._due_us.items() if now_us >= due_us]
+        for number in silent:
+            self._due_us[number] = self._gap_us(number, now_us)
+        return [self._request(number) for number in silent]
+
+    def _gap_us(self, number: int, now_us: int) -> int:
+        period_us = 1e6 / self._asked[number][1]
+        return floor_to_grid_us(now_us + max(round(GAP_PERIODS * period_us), LEAST_GAP_US))
+
+    def _request(self, number: int) -> Command:
+        name, rate_hz = self._asked[number]
+        return set_interval(name, number, rate_hz)
 
     def again(self, now_us: int) -> list[Command]:
         """To be called now and then: what to ask for once more, each a few times."""
@@ -82,7 +111,7 @@ class StreamKeeper:
         self._counts.clear()
         for number in short:
             self._left[number] -= 1
-        return [set_interval(self._asked[number][0], number, self._asked[number][1]) for number in short]
+        return [self._request(number) for number in short]
 
     def _is_short(self, number: int, window_s: float) -> bool:
         least = self._params.least_share * self._asked[number][1] * window_s

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import pytest
 
 from mavquad.flight.guard_motion import JumpParams
@@ -9,7 +11,7 @@ from mavquad.flight.machine import Phase
 from mavquad.protocol.codec import mavlink
 from mavquad.protocol.firmware.ardupilot import mode
 from tests.dialogues.copter import BRAKE, CHANGING, GUIDED, LAND, RTL, STABILIZE, ScriptedCopter, names, stamps_of
-from tests.dialogues.peer import PARAMS, REJECTED, Dialogue, answer, silent
+from tests.dialogues.peer import ACCEPTED, PARAMS, REJECTED, Dialogue, answer, silent
 
 SETPOINT = "SET_ATTITUDE_TARGET"
 LOITER = mode(5)
@@ -204,3 +206,30 @@ def test_disarmed_while_landing_is_a_landing_only_upright_and_told_of(silent_s, 
 
 def safe_after(dialogue: Dialogue, stamp_us: int) -> list[int]:
     return [stamp for stamp in stamps_of(dialogue, SETPOINT) if stamp >= stamp_us]
+
+
+@dataclass
+class SharedCopter(ScriptedCopter):
+    """Its streams come as they were asked for last, by whomever."""
+
+    def do_interval(self) -> None:
+        name = {
+            mavlink.MAVLINK_MSG_ID_ATTITUDE: "attitude_ms",
+            mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: "position_ms",
+        }
+        asked = name.get(int(self.command.param1))
+        if asked is not None:
+            setattr(self, asked, round(self.command.param2 * 1e-3))
+        self.ack(ACCEPTED)
+
+
+def test_streams_that_somebody_else_slows_down_in_flight_are_asked_for_again() -> None:
+    """MAVProxy on the same link sets all streams to 4 Hz every 15 s (seen on 4.6.3)."""
+    dialogue = Dialogue(SharedCopter(), CHANGING).run(Phase.FLYING)
+    for _ in range(3):
+        dialogue.run_for(0.4)
+        dialogue.vehicle.attitude_ms = dialogue.vehicle.position_ms = 250
+    dialogue.run()
+    assert dialogue.agent.error is None
+    asked = [sent for sent in dialogue.of("interval") if sent.phase is Phase.FLYING]
+    assert 6 <= len(asked) <= 12

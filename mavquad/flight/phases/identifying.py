@@ -109,6 +109,11 @@ class Identifying:
         if bridge.phase is not Phase.IDENTIFYING or self.exchange.done:
             bridge.send_all(command.message(bridge.target, 0) for command in self.keeper.again(bridge.now_us))
 
+    def ask_after_gap(self) -> None:
+        """A pose stream that is silent in flight is asked for at once: somebody may have set it to another rate."""
+        bridge = self._bridge
+        bridge.send_all(command.message(bridge.target, 0) for command in self.keeper.after_gap(bridge.now_us))
+
     # ------------------------------------------------------------------ known
 
     def check(self) -> None:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from mavquad.endpoint import NEVER_US
 from mavquad.protocol.codec import mavlink
 from mavquad.protocol.firmware import PX4
-from mavquad.protocol.streams import StreamMonitor, StreamParams, requests, shortfalls, wanted
+from mavquad.protocol.streams import StreamKeeper, StreamMonitor, StreamParams, requests, shortfalls, wanted
 
 
 def monitor(rate_hz, until_us=5_000_000):
@@ -66,3 +67,21 @@ def test_the_requests_set_the_intervals():
     assert intervals[mavlink.MAVLINK_MSG_ID_ATTITUDE] == 5_000.0
     assert intervals[mavlink.MAVLINK_MSG_ID_HIGHRES_IMU] == -1.0
     assert len(commands) == len(wanted(StreamParams(), PX4))
+
+
+@pytest.mark.parametrize(("rate_hz", "gap_us"), [(50.0, 80_000), (100.0, 40_000), (250.0, 40_000)])
+def test_a_pose_stream_that_falls_silent_is_asked_for_until_it_comes(rate_hz, gap_us):
+    keeper = StreamKeeper(StreamParams(attitude_hz=rate_hz, position_hz=rate_hz), PX4)
+    assert keeper.gap_deadline_us() == NEVER_US
+    attitude, position = mavlink.MAVLINK_MSG_ID_ATTITUDE, mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED
+    keeper.on_message(attitude, 1_000_000)
+    keeper.on_message(position, 1_020_000)
+    assert keeper.gap_deadline_us() == 1_000_000 + gap_us
+    assert keeper.after_gap(1_000_000 + gap_us - 4) == []
+    for late in (1, 2):
+        [asked] = keeper.after_gap(1_000_000 + late * gap_us)
+        assert asked.params[:2] == (attitude, 1e6 / rate_hz)
+        keeper.on_message(position, 1_020_000 + late * gap_us)
+    keeper.on_message(attitude, 2_000_000)
+    keeper.on_message(position, 2_000_000)
+    assert keeper.gap_deadline_us() == 2_000_000 + gap_us
