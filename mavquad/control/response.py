@@ -29,6 +29,8 @@ PART_US = 250_000
 PARTS = 4
 """What is told is of the latest so many parts of time."""
 LEAST_ANSWERS = 40
+_COMING_MAX = 256
+"""Commands on their way; the oldest go first where nothing is measured for long."""
 GAP_US = 100_000
 """After a longer gap it begins anew."""
 _QUICKEST = 0.1
@@ -108,7 +110,7 @@ class ResponseMeter:
     def __init__(self, expected_s: float) -> None:
         """Args: the delay that is expected, s; the lags are a third of it each."""
         self._lag_s = max(expected_s / 3.0, LEAST_LAG_S)
-        self._coming: deque[tuple[int, float, float]] = deque()
+        self._coming: deque[tuple[int, float, float]] = deque(maxlen=_COMING_MAX)
         self._axes: tuple[_Axis, _Axis] | None = None
         self._now_us = self._taken_us = self._part_us = 0
         self._rows: list[tuple[float, ...]] = []

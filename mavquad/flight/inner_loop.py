@@ -13,6 +13,8 @@ answers have told, about a second, c is `FIRST_SLOWER`. Gains above those that t
 
 from __future__ import annotations
 
+from mavquad.control.euler import trig
+from mavquad.control.inversion import to_world
 from mavquad.control.params import LawParams
 from mavquad.control.response import Late, ResponseMeter
 from mavquad.control.tuning import Tuning, tuning
@@ -70,7 +72,7 @@ class InnerLoop:
             roll, pitch, _ = command.rates_flu_rad_s
             self._meter.command(arrive_us, roll, pitch)
         elif isinstance(command, AttitudeCommand):
-            self._meter.command(arrive_us, command.roll_rad, command.pitch_rad)
+            self._meter.command(arrive_us, *_lean(command.roll_rad, command.pitch_rad, command.yaw_rad))
 
     def answer(self, attitude: Attitude) -> LawParams | None:
         """What was measured; the law that it calls for, where that is another one than is flown."""
@@ -79,7 +81,7 @@ class InnerLoop:
         if self._depth == "rate":
             roll, pitch, _ = attitude.rates_flu_rad_s
         else:
-            roll, pitch = attitude.roll_rad, attitude.pitch_rad
+            roll, pitch = _lean(attitude.roll_rad, attitude.pitch_rad, attitude.yaw_rad)
         late = self._meter.answer(attitude.stamp_us, roll, pitch)
         self._since_us = self._since_us or attitude.stamp_us
         if late is not None and self._teaches(late) and self._is_other(late):
@@ -135,3 +137,9 @@ def gains_of(law: LawParams, tune: Tuning) -> dict[str, float]:
     """The gains of x, y and z in force, by their keys; those of rows that are not measured are left out."""
     omega0 = law.omega0_rad_s or law.own(tune.depth).omega0_rad_s
     return {_GAINS[0]: omega0, **{_GAINS[1 + row.index]: row.kappa_rad_s for row in tune.horizontal.spec.rows}}
+
+
+def _lean(roll_rad: float, pitch_rad: float, yaw_rad: float) -> tuple[float, float]:
+    """Where the thrust points, north and west: unlike roll and pitch, the same while the vehicle turns in wind."""
+    north, west, _ = to_world(trig(roll_rad, pitch_rad, yaw_rad), (0.0, 0.0, 1.0))
+    return north, west

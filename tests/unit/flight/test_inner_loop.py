@@ -147,3 +147,37 @@ def test_gains_that_are_told_are_flown_with_the_delay_that_is_found() -> None:
     law = shaken(loop, 0.15)[0]
     assert omega0(law) == 2.0
     assert counted_s(law) == pytest.approx(0.15, rel=0.15)
+
+
+def leaning(north: float, west: float, yaw_rad: float) -> tuple[float, float, float]:
+    """Roll, pitch and yaw of a vehicle whose thrust points there: r3 = (sp cr, -sr, cp cr) as seen from its yaw."""
+    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+    ahead, left = c * north + s * west, c * west - s * north
+    return -math.asin(left), math.atan2(ahead, math.sqrt(1.0 - ahead**2 - left**2)), yaw_rad
+
+
+def test_a_turn_in_wind_is_no_slow_answer() -> None:
+    law = LawParams().of("px4")
+    loop = InnerLoop(law, law, "attitude")
+    spec = tuning(law, "attitude").horizontal.spec
+    told_s = spec.dead_us * 1e-6 + spec.lag_s
+    rng, north, west = random.Random(4), 0.7, 0.0
+    asked = (north, west)
+
+    def yaw_rad(k: int) -> float:
+        return 0.8 * (1.0 - math.cos(math.pi * min(max(k - 150, 0) / 200, 1.0)))
+
+    behind = [asked] * round(0.6 * told_s * 100)
+    left = math.exp(-0.01 / (0.4 * told_s))
+    for k in range(400):
+        stamp_us = 1_000_000 + k * STEP_US
+        loop.answer(Attitude(stamp_us, *leaning(north, west, yaw_rad(k)), (0.0, 0.0, 0.0)))
+        asked = tuple(
+            0.8 * was + 0.2 * mean + rng.gauss(0.0, 0.01) for was, mean in zip(asked, (0.7, 0.0), strict=True)
+        )
+        # The yaw that is asked for is ahead of the vehicle's.
+        loop.command(AttitudeCommand(*leaning(*asked, yaw_rad(k + 40)), 9.81), stamp_us)
+        behind.append(asked)
+        north, west = (left * is_ + (1.0 - left) * late for is_, late in zip((north, west), behind.pop(0), strict=True))
+    assert loop.words == ""
+    assert loop.law == law
