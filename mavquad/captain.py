@@ -88,9 +88,9 @@ class Captain:
     def on_deadline(self, now_us: int) -> None:
         """Act on whatever is due."""
         self.now_us = now_us
+        self._trip(self.control.silence(now_us))
         if self.control.on:
             self._crew.identifying.ask_after_gap()
-        self._trip(self.control.silence(now_us))
         if self.phase is Phase.IDENTIFYING:
             self._crew.identifying.on_deadline()
         self._crew.preparing.on_deadline()
