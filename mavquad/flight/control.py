@@ -112,8 +112,7 @@ class Control:
             return tripped
         self.sent += 1
         setpoint = setpoints.setpoint(now_us, self.law.depth, row.controls, *target)
-        if self.echo.wanted:
-            self.echo.sent(setpoint)
+        self.echo.sent(setpoint)
         return setpoint
 
     # ------------------------------------------------------------------ after the law

@@ -6,7 +6,7 @@ from collections import Counter, deque
 
 from pydantic import Field
 
-from mavquad.endpoint import NEVER_US, floor_to_grid_us
+from mavquad.endpoint import NEVER_US, grid_us
 from mavquad.protocol.codec import mavlink
 from mavquad.protocol.command import Command, set_interval
 from mavquad.protocol.firmware import Firmware
@@ -55,6 +55,10 @@ def requests(params: StreamParams, firmware: Firmware) -> list[Command]:
 _POSE = (mavlink.MAVLINK_MSG_ID_ATTITUDE, mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED)
 
 
+def _gap_us(rate_hz: float) -> int:
+    return max(grid_us(GAP_PERIODS / rate_hz), LEAST_GAP_US)
+
+
 class StreamKeeper:
     """Asks again for streams that do not come as they were asked for.
 
@@ -74,13 +78,15 @@ class StreamKeeper:
         self._left = dict.fromkeys(self._asked, TIMES_AGAIN)
         self._since_us: int | None = None
         self._counts.clear()
+        # Every pose message asks for it: worked out once.
+        self._gap_us = {number: _gap_us(self._asked[number][1]) for number in _POSE}
         self._due_us = dict.fromkeys(_POSE, NEVER_US)
 
     def on_message(self, number: int, now_us: int) -> None:
         """A message of this id arrived."""
         self._counts[number] += 1
         if number in self._due_us:
-            self._due_us[number] = self._gap_us(number, now_us)
+            self._due_us[number] = now_us + self._gap_us[number]
 
     def gap_deadline_us(self) -> int:
         """When the first pose stream has been silent for too long."""
@@ -90,12 +96,8 @@ class StreamKeeper:
         """What to ask for once more since it is silent; at once, before a guard counts it as lost."""
         silent = [number for number, due_us in self._due_us.items() if now_us >= due_us]
         for number in silent:
-            self._due_us[number] = self._gap_us(number, now_us)
+            self._due_us[number] = now_us + self._gap_us[number]
         return [self._request(number) for number in silent]
-
-    def _gap_us(self, number: int, now_us: int) -> int:
-        period_us = 1e6 / self._asked[number][1]
-        return floor_to_grid_us(now_us + max(round(GAP_PERIODS * period_us), LEAST_GAP_US))
 
     def _request(self, number: int) -> Command:
         name, rate_hz = self._asked[number]
