@@ -66,3 +66,10 @@ def test_a_torque_has_no_echo_and_a_restart_forgets():
     echo = echo_of("rate", RATES)
     echo.restart(wanted=True)
     assert not echo.shows(shown(RATES[:3]))
+
+
+def test_where_nobody_wants_to_know_nothing_is_kept():
+    echo = Echo()
+    echo.restart(wanted=False)
+    echo.sent(setpoint(0, "rate", RATES, 1, 1))
+    assert not echo.shows(shown(RATES[:3]))
